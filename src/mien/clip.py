@@ -1,0 +1,33 @@
+"""A marker take."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+
+@dataclass(frozen=True)
+class Markers:
+    """Labelled marker trajectories in the lab's frame."""
+
+    positions: Float[np.ndarray, "frames markers 3"]
+    """Millimetres; NaN where a marker was not seen."""
+    labels: tuple[str, ...]
+    """One name a marker, all different."""
+    rate: float
+    """Frames a second."""
+    notes: dict[str, np.ndarray] | None = None
+    """Further columns of the file, one value a frame (a stimulus name, a time code)."""
+
+    def __post_init__(self):
+        if len(self.labels) != self.positions.shape[1]:
+            raise ValueError(f"labels: expected {self.positions.shape[1]}, one a marker, got {len(self.labels)}")
+
+    @property
+    def seen(self) -> Bool[np.ndarray, "frames markers"]:
+        """Where there is a position."""
+        return np.isfinite(self.positions).all(axis=2)
+
+    def with_positions(self, positions: Float[np.ndarray, "frames markers 3"]) -> "Markers":
+        """The same markers, moved."""
+        return replace(self, positions=positions)

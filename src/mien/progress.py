@@ -1,0 +1,21 @@
+"""Long work reports where it is to any object with `update`; by default to nobody."""
+
+from typing import Protocol
+
+
+class Progress(Protocol):
+    """Whoever wants to know how far long work has come."""
+
+    def update(self, stage: str, done: int, total: int) -> None:
+        """`done` of `total` steps of `stage` are behind us."""
+        ...
+
+
+class Silent:
+    """Progress that nobody watches."""
+
+    def update(self, stage: str, done: int, total: int) -> None:
+        """Say nothing."""
+
+
+SILENT = Silent()

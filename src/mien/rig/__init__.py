@@ -1,0 +1,6 @@
+"""Blendshape rigs and performances."""
+
+from .performance import Performance
+from .rig import Rig
+
+__all__ = ["Performance", "Rig"]
