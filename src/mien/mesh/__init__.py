@@ -1,7 +1,7 @@
 """Triangle meshes: the noun, its operators, closest points."""
 
 from .closest import Closest, ClosestPoint, barycentric, closest_point
-from .mesh import Attachment, Mesh, submesh
+from .mesh import Attachment, Mesh, Scan, submesh
 from .operators import (
     adjacency,
     boundary_vertices,
@@ -19,6 +19,7 @@ __all__ = [
     "Closest",
     "ClosestPoint",
     "Mesh",
+    "Scan",
     "adjacency",
     "barycentric",
     "boundary_vertices",

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
-from jaxtyping import Float, Int
+from jaxtyping import Float, Int, UInt8
 
 
 @dataclass(frozen=True)
@@ -69,3 +69,15 @@ def submesh(mesh: Mesh, keep_faces: np.ndarray) -> tuple[Mesh, Int[np.ndarray, "
     uv = mesh.uv[old] if mesh.uv is not None and mesh.uv_faces is None else mesh.uv
     colors = None if mesh.colors is None else mesh.colors[old]
     return Mesh(mesh.vertices[old], new.reshape(-1, 3), uv, uv_faces, colors), old
+
+
+@dataclass(frozen=True)
+class Scan:
+    """A captured surface with its colour: its own topology, its own frame."""
+
+    mesh: Mesh
+    """Millimetres."""
+    texture: UInt8[np.ndarray, "h w 3"] | None = None
+    """sRGB image for the mesh's uv; None where colours are on the vertices or nowhere."""
+    name: str = ""
+    """What messages and files call it: the file's stem."""

@@ -1,0 +1,4 @@
+def fetch():
+    """x"""
+    from ..errors import BadInput
+    raise BadInput("nope")
