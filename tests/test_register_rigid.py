@@ -1,0 +1,213 @@
+import numpy as np
+import pytest
+
+from mien.errors import BadInput
+from mien.mesh import ClosestPoint, Mesh, submesh
+from mien.register import IcpConfig, Rejection, Surface, icp, procrustes, procrustes_frames
+from mien.transforms import Transform, rotation_from_vector
+
+RNG = np.random.default_rng(7)
+
+
+def some_transform(angle=0.9, scale=1.0, seed=3):
+    rng = np.random.default_rng(seed)
+    axis = rng.normal(size=3)
+    return Transform(rotation_from_vector(angle * axis / np.linalg.norm(axis)), 50 * rng.normal(size=3), scale)
+
+
+def bumpy(n=41, size=100.0):
+    """A patch with hills, so that a surface fixes all six freedoms."""
+    u, v = np.meshgrid(np.linspace(-1, 1, n), np.linspace(-1, 1, n), indexing="ij")
+    z = 0.25 * np.sin(3 * u + 0.5) * np.cos(2.5 * v) + 0.2 * u * v - 0.2 * u**2
+    vertices = size / 2 * np.stack([u, v, z], -1).reshape(-1, 3)
+    i = np.arange(n * n).reshape(n, n)
+    a, b, c, d = i[:-1, :-1].ravel(), i[1:, :-1].ravel(), i[1:, 1:].ravel(), i[:-1, 1:].ravel()
+    return Mesh(vertices, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]))
+
+
+def test_quarter_turn_by_hand():
+    source = np.array([[1.0, 0, 0], [0, 2, 0], [0, 0, 3]])
+    target = np.array([[0.0, 1, 0], [-2, 0, 0], [0, 0, 3]]) + np.array([5, 6, 7])
+    found = procrustes(source, target)
+    np.testing.assert_allclose(found.transform.rotation, [[0, -1, 0], [1, 0, 0], [0, 0, 1]], atol=1e-12)
+    np.testing.assert_allclose(found.transform.translation, [5, 6, 7], atol=1e-12)
+    np.testing.assert_allclose(found.residuals, 0, atol=1e-12)
+    assert found.determined
+
+
+@pytest.mark.parametrize("scale", [1.0, 0.01, 25.4])
+def test_known_similarity_is_recovered(scale):
+    source = RNG.normal(size=(20, 3))
+    T = some_transform(scale=scale)
+    found = procrustes(source, T.apply(source), scale=True)
+    np.testing.assert_allclose(found.transform.rotation, T.rotation, atol=1e-9)
+    np.testing.assert_allclose(found.transform.translation, T.translation, atol=1e-8)
+    np.testing.assert_allclose(found.transform.scale, scale, rtol=1e-10)
+
+
+def test_a_mirror_image_gets_a_rotation_all_the_same():
+    source = RNG.normal(size=(30, 3))
+    found = procrustes(source, source * [-1, 1, 1], scale=True)
+    np.testing.assert_allclose(np.linalg.det(found.transform.rotation), 1, atol=1e-12)
+    rest = ((found.transform.apply(source) - source * [-1, 1, 1]) ** 2).sum()
+    for seed in range(20):
+        R = rotation_from_vector(np.random.default_rng(seed).normal(size=3) * 2)
+        other = procrustes(source @ R.T, source * [-1, 1, 1], scale=True)
+        assert rest <= ((other.transform.apply(source @ R.T) - source * [-1, 1, 1]) ** 2).sum() + 1e-9
+
+
+def test_planar_points_fix_the_rotation():
+    source = RNG.normal(size=(9, 3)) * [1, 1, 0]
+    T = some_transform()
+    found = procrustes(source, T.apply(source))
+    assert found.determined
+    np.testing.assert_allclose(found.transform.rotation, T.rotation, atol=1e-9)
+
+
+def test_points_on_a_line_get_the_smallest_rotation():
+    source = np.outer(np.linspace(-1, 1, 5), [1.0, 0, 0])
+    target = np.outer(np.linspace(-1, 1, 5), [np.cos(0.4), np.sin(0.4), 0]) + np.array([1, 2, 3])
+    found = procrustes(source, target)
+    assert not found.determined
+    np.testing.assert_allclose(found.transform.rotation, rotation_from_vector(np.array([0, 0, 0.4])), atol=1e-6)
+    np.testing.assert_allclose(found.residuals, 0, atol=1e-6)
+
+
+def test_one_point_moves_without_turning():
+    found = procrustes(np.array([[1.0, 2, 3]]), np.array([[4.0, 6, 8]]))
+    assert not found.determined
+    np.testing.assert_allclose(found.transform.rotation, np.eye(3), atol=1e-12)
+    np.testing.assert_allclose(found.transform.translation, [3, 4, 5])
+
+
+def test_weight_two_is_a_point_twice():
+    source, target = RNG.normal(size=(6, 3)), RNG.normal(size=(6, 3))
+    weighted = procrustes(source, target, np.array([2.0, 1, 1, 1, 1, 1]), scale=True)
+    doubled = procrustes(source[[0, 0, 1, 2, 3, 4, 5]], target[[0, 0, 1, 2, 3, 4, 5]], scale=True)
+    np.testing.assert_allclose(weighted.transform.apply(source), doubled.transform.apply(source), atol=1e-10)
+    np.testing.assert_allclose(weighted.rms, doubled.rms)
+
+
+def test_frames_agree_with_one_by_one_and_leave_gaps_out():
+    rng = np.random.default_rng(1)
+    source = rng.normal(size=(12, 3))
+    target = np.stack([some_transform(seed=s).apply(source) for s in range(30)]) + 0.05 * rng.normal(size=(30, 12, 3))
+    target[rng.random((30, 12)) < 0.3] = np.nan
+    weights = rng.random((30, 12))
+    weights[:, 4] = 0
+    found = procrustes_frames(source, target, weights)
+    for t in range(30):
+        one = procrustes(source, target[t], weights[t])
+        np.testing.assert_allclose(found.transform.rotation[t], one.transform.rotation, atol=1e-10)
+        np.testing.assert_allclose(found.transform.translation[t], one.transform.translation, atol=1e-9)
+        np.testing.assert_array_equal(np.isnan(found.residuals[t]), np.isnan(target[t, :, 0]) | (weights[t] == 0))
+
+
+def test_a_frame_with_no_point_is_undetermined():
+    source = RNG.normal(size=(4, 3))
+    target = np.stack([source, np.full((4, 3), np.nan)])
+    found = procrustes_frames(source, target)
+    np.testing.assert_array_equal(found.determined, [True, False])
+    np.testing.assert_allclose(found.transform.rotation[1], np.eye(3))
+    assert np.isnan(found.rms[1])
+
+
+def test_bad_point_sets_are_refused():
+    points = RNG.normal(size=(4, 3))
+    with pytest.raises(ValueError, match="one shape"):
+        procrustes(points, points[:3])
+    with pytest.raises(ValueError, match="below 0"):
+        procrustes(points, points, np.array([1.0, -1, 1, 1]))
+    with pytest.raises(ValueError, match="no point"):
+        procrustes(points, np.full((4, 3), np.nan))
+    with pytest.raises(ValueError, match="source: expected"):
+        procrustes_frames(points[:3], points[None])
+
+
+@pytest.mark.parametrize("metric", ["plane", "point"])
+def test_icp_finds_a_small_motion(metric):
+    mesh = bumpy()
+    T = Transform(rotation_from_vector(np.array([0.05, -0.08, 0.06])), np.array([2.0, -1, 1.5]))
+    moved = mesh.with_vertices(T.inverse().apply(mesh.vertices))
+    config = IcpConfig(metric=metric, iterations=500, tolerance=1e-6)
+    found = icp(moved, ClosestPoint(mesh), config=config)
+    assert found.converged
+    assert np.linalg.norm(found.transform.apply(moved.vertices) - mesh.vertices, axis=1).max() < 0.01
+    assert found.rms < 0.01
+
+
+def test_icp_with_scale():
+    mesh = bumpy()
+    inner, _ = submesh(mesh, np.linalg.norm(mesh.vertices[mesh.faces].mean(1)[:, :2], axis=1) < 30)
+    T = Transform(rotation_from_vector(np.array([0.03, -0.02, 0.04])), np.array([1.0, -1, 0.5]), 1.04)
+    moved = inner.with_vertices(T.inverse().apply(inner.vertices))
+    found = icp(moved, ClosestPoint(mesh), config=IcpConfig(scale=True, iterations=200, tolerance=1e-6))
+    np.testing.assert_allclose(found.transform.scale, 1.04, atol=1e-3)
+    assert np.linalg.norm(found.transform.apply(moved.vertices) - inner.vertices, axis=1).max() < 0.05
+
+
+def test_icp_moves_with_its_input():
+    """Turning source, target and start together turns the answer."""
+    mesh = bumpy(21)
+    T = Transform(rotation_from_vector(np.array([0, 0.05, 0.03])), np.ones(3))
+    moved = mesh.with_vertices(T.apply(mesh.vertices))
+    Q = some_transform(1.3)
+    plain = icp(moved, ClosestPoint(mesh), config=IcpConfig(iterations=5))
+    turned = icp(
+        moved.with_vertices(Q.apply(moved.vertices)),
+        ClosestPoint(mesh.with_vertices(Q.apply(mesh.vertices))),
+        config=IcpConfig(iterations=5),
+    )
+    np.testing.assert_allclose(
+        turned.transform.apply(Q.apply(moved.vertices)), Q.apply(plain.transform.apply(moved.vertices)), atol=1e-6
+    )
+
+
+@pytest.mark.parametrize("guard", [{"keep": 0.65}, {"robust": "tukey"}])
+def test_a_third_of_outliers_does_no_harm(guard):
+    mesh = bumpy()
+    rng = np.random.default_rng(5)
+    T = Transform(rotation_from_vector(np.array([0.04, -0.05, 0.03])), np.array([1.0, -1.5, 1]))
+    points = T.inverse().apply(mesh.vertices)
+    wrong = rng.random(len(points)) < 0.3
+    points[wrong] += rng.normal(size=(wrong.sum(), 3)) * 6 + [0, 0, 14]
+    free = Rejection(max_angle_deg=180.0, boundary=False)
+    error = {}
+    for name, options in (("guarded", guard), ("plain", {})):
+        found = icp(points, ClosestPoint(mesh), config=IcpConfig(rejection=free, iterations=200, **options))
+        error[name] = np.linalg.norm(found.transform.apply(points)[~wrong] - mesh.vertices[~wrong], axis=1).mean()
+    assert error["guarded"] < 0.05
+    assert error["plain"] > 10 * error["guarded"]
+
+
+def test_a_plane_slides_on_itself_without_moving():
+    n = np.arange(6)
+    x, y = np.meshgrid(n, n)
+    square = Mesh(
+        np.array([[-50.0, -50, 0], [50, -50, 0], [50, 50, 0], [-50, 50, 0]]), np.array([[0, 1, 2], [0, 2, 3]])
+    )
+    points = np.stack([x.ravel(), y.ravel(), np.full(36, 3.0)], 1)
+    found = icp(points, ClosestPoint(square))
+    np.testing.assert_allclose(found.transform.apply(points), points * [1, 1, 0], atol=1e-9)
+
+
+def test_rejections_by_hand():
+    corners = np.array([[0.0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0], [5, 5, 0]])
+    square = Mesh(corners, np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]]))
+    surface = Surface(square)
+    points = np.array([[5.0, 4, 1], [15, 5, 0], [5, 4, 9], [5, 4, 1]])
+    up = np.array([[0.0, 0, 1], [0, 0, 1], [0, 0, 1], [0, 0, -1]])
+    found = surface.correspond(points, up, Rejection(max_distance=6.0))
+    np.testing.assert_array_equal(found.accepted, [True, False, False, False])
+    np.testing.assert_allclose(found.points, [[5, 4, 0], [10, 5, 0], [5, 4, 0], [5, 4, 0]], atol=1e-12)
+    np.testing.assert_allclose(found.normals, [[0, 0, 1]] * 4, atol=1e-12)
+    np.testing.assert_allclose(found.attachment().points(square), found.points, atol=1e-12)
+    lax = surface.correspond(points, up, Rejection(max_angle_deg=180.0, boundary=False))
+    assert lax.accepted.all()
+
+
+def test_icp_with_nothing_near_says_so():
+    mesh = bumpy(11)
+    far = IcpConfig(rejection=Rejection(max_distance=1.0))
+    with pytest.raises(BadInput, match="closest point"):
+        icp(mesh.vertices + 1000, ClosestPoint(mesh), config=far)
