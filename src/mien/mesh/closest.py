@@ -40,7 +40,7 @@ class ClosestPoint:
         found = found.reshape(-1, 3)
         corners = self._vertices[self._faces[faces]]
         bary = barycentric(found, corners[:, 0], corners[:, 1], corners[:, 2])
-        return Closest(np.sqrt(np.maximum(squared, 0)), faces, found, bary)
+        return Closest(np.sqrt(np.maximum(squared, 0)), faces.astype(np.int64), found, bary)
 
 
 def closest_point(mesh: Mesh, points: Float[np.ndarray, "q 3"]) -> Closest:

@@ -1,0 +1,143 @@
+"""Weights and head pose for every frame of a marker take, given where the markers sit on the rig."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from ..solve import box_least_squares_sequence
+from ..transforms import Transform, rotation_from_vector
+from .model import MarkerModel
+from .stabilise import hold
+
+POSE = 6
+"""Columns for the pose increment: rotation vector, translation."""
+
+
+@dataclass(frozen=True)
+class SolveConfig:
+    """What holds the weights back."""
+
+    sparsity: float = 0.02
+    """mm per marker: price of a unit of weight (l1), which keeps few shapes on at once; 0 switches it off."""
+    smoothness: float = 1.0
+    """mm^2 per marker: price of a weight's squared change between frames 1/30 s apart; 0 switches it off."""
+    ridge: float = 0.002
+    """mm^2 per marker: price of a squared weight, so that shapes no marker sees stay at rest."""
+    rounds: int = 3
+    """Gauss-Newton rounds: weights and pose increments together, then the pose is composed."""
+    outlier: float = 4.0
+    """A sample is left out of its frame when its residual is this many times the take's robust spread; inf: never."""
+    outlier_floor_mm: float = 2.0
+    """... and at least this large, mm."""
+    fewest: int = 4
+    """Frames with fewer markers are not tracked."""
+
+
+@dataclass(frozen=True)
+class FrameSolve:
+    """What `solve_frames` found."""
+
+    weights: Float[np.ndarray, "frames shapes"]
+    """In 0..1."""
+    T_world_face: Transform
+    """Head pose, one a frame."""
+    residuals: Float[np.ndarray, "frames markers"]
+    """Distance from marker to model, mm; NaN where the marker was not seen."""
+    used: Bool[np.ndarray, "frames markers"]
+    """Samples that counted: seen and no outlier."""
+    tracked: Bool[np.ndarray, " frames"]
+    """Frames with enough markers; the others hold the last value."""
+    converged: bool
+    """Whether the inner solver met its tolerance in the last round."""
+
+
+def solve_frames(
+    model: MarkerModel,
+    positions: Float[np.ndarray, "frames markers 3"],
+    T_world_face: Transform,
+    rate: float,
+    metric: Float[np.ndarray, "3 3"] | None = None,
+    config: SolveConfig = SolveConfig(),
+) -> FrameSolve:
+    """Head pose and box-constrained, sparse, smooth weights for all frames at once.
+
+    Minimises sum_t sum_i |p_i(w_t) + pose increment - x_ti|_M^2 + l1 + ridge + smoothness over 0 <= w <= 1, with the
+    pose increment as six free columns beside the shapes: Huang 2011, eq. 12, with a prior where the paper has none.
+
+    Args:
+        positions: lab frame, mm; NaN where not seen.
+        T_world_face: start; `mien.markers.stabilise` gives a good one.
+        metric: M, in face space; identity unless the take knows less about one direction than the others.
+    """
+    M = np.eye(3) if metric is None else metric
+    seen = np.isfinite(positions).all(axis=2)
+    tracked = seen.sum(axis=1) >= config.fewest
+    T = hold(T_world_face, tracked)
+    used = seen & tracked[:, None]
+    weights, converged = None, True
+    for _ in range(config.rounds):
+        r = np.nan_to_num(T.inverse().apply(positions) - model.rest)
+        G, b = normal_equations(model.jacobian(), M, r, used)
+        x, converged = _inner(G, b, weights, used.sum(axis=1).mean(), rate, config)
+        weights = x[:, :-POSE]
+        T = T @ Transform(rotation_from_vector(x[:, -POSE:-3]), x[:, -3:])
+        residuals = np.linalg.norm(T.inverse().apply(positions) - model.points(weights), axis=2)
+        used = seen & tracked[:, None] & ~_outliers(residuals, config)
+    weights, T = weights[_held(tracked)], hold(T, tracked)
+    return FrameSolve(weights, T, residuals, used, tracked, converged)
+
+
+def normal_equations(
+    jacobian: Float[np.ndarray, "markers 3 columns"],
+    metric: Float[np.ndarray, "3 3"],
+    residuals: Float[np.ndarray, "frames markers 3"],
+    used: Bool[np.ndarray, "frames markers"],
+) -> tuple[Float[np.ndarray, "frames columns columns"], Float[np.ndarray, "frames columns"]]:
+    """A'MA and A'Mr for every frame. Frames differ only by the markers they miss, whose blocks are taken off."""
+    MA = np.einsum("ab,mbk->mak", metric, jacobian)
+    blocks = np.einsum("mak,mal->mkl", jacobian, MA)
+    t, m, _ = residuals.shape
+    patterns, which = np.unique(used, axis=0, return_inverse=True)
+    missing = (~patterns).astype(float) @ blocks.reshape(m, -1)
+    grams = (blocks.sum(axis=0).ravel() - missing).reshape(len(patterns), *blocks.shape[1:])
+    b = (residuals * used[..., None]).reshape(t, -1) @ MA.reshape(3 * m, -1)
+    return grams[which.ravel()], b
+
+
+def _inner(G, b, weights, markers, rate, config):
+    """One box-constrained solve of the whole take."""
+    columns = b.shape[1]
+    shapes = columns - POSE
+    free = np.full(POSE, np.inf)
+    pose_first = np.zeros(POSE)
+
+    def per_column(price: float) -> np.ndarray:
+        return np.r_[np.full(shapes, markers * price), pose_first]
+
+    G = G + np.diag(per_column(config.ridge) + 1e-6)
+    start = None if weights is None else np.c_[weights, np.zeros((len(b), POSE))]
+    result = box_least_squares_sequence(
+        G,
+        b,
+        lower=np.r_[np.zeros(shapes), -free],
+        upper=np.r_[np.ones(shapes), free],
+        l1=per_column(config.sparsity),
+        smooth=per_column(config.smoothness * (rate / 30.0)),
+        warm=start,
+    )
+    return result.values, bool(np.all(result.converged))
+
+
+def _outliers(residuals: np.ndarray, config: SolveConfig) -> np.ndarray:
+    """Samples far beyond their marker's usual residual: swapped labels, ghosts."""
+    if not np.isfinite(config.outlier):
+        return np.zeros(residuals.shape, bool)
+    spread = 1.4826 * np.nanmedian(np.where(np.isfinite(residuals), residuals, np.nan)[~np.isnan(residuals).all(axis=1)])
+    return residuals > max(config.outlier * spread, config.outlier_floor_mm)
+
+
+def _held(tracked: np.ndarray) -> np.ndarray:
+    """For every frame the tracked frame whose value it shows."""
+    known = np.flatnonzero(tracked)
+    return known[np.maximum(np.searchsorted(known, np.arange(len(tracked)), side="right") - 1, 0)]

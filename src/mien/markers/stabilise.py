@@ -1,0 +1,91 @@
+"""Take the head's motion out of a marker take, with no marker known to be fixed to the skull."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from ..clip import Markers
+from ..errors import BadInput
+from ..register import procrustes_frames
+from ..transforms import Transform
+
+
+@dataclass(frozen=True)
+class StabiliseConfig:
+    """How the skull is told from the skin."""
+
+    iterations: int = 15
+    """Rounds of alignment and reweighting."""
+    still_mm: float = 0.3
+    """A marker that moves less than this against the others gains no further weight by it."""
+    still_share: float = 0.3
+    """Share of the markers that count as still, so that no two or three of them take over."""
+
+
+@dataclass(frozen=True)
+class Stabilised:
+    """A take seen from its head."""
+
+    markers: Markers
+    """Positions in the head frame: face motion alone."""
+    T_world_head: Transform
+    """Head pose, one a frame; frames with fewer than three markers hold the last one."""
+    weights: Float[np.ndarray, " markers"]
+    """How much each marker told of the head, 0..1: 1 is as still as the stillest."""
+
+
+def stabilise(markers: Markers, config: StabiliseConfig = StabiliseConfig()) -> Stabilised:
+    """Robust rigid alignment of all frames to one another, in which markers that move on the face lose weight.
+
+    Iteratively reweighted generalised Procrustes analysis: the reference is the markers' median, a marker's weight
+    the inverse of its squared spread about it. Gaps are left out frame by frame.
+
+    Raises:
+        BadInput: no frame shows three markers.
+    """
+    X, seen = markers.positions, markers.seen
+    enough = seen.sum(axis=1) >= 3
+    if not enough.any():
+        raise BadInput("the take shows fewer than 3 markers in every frame; nothing can be aligned")
+    reference = X[np.argmax(seen.sum(axis=1))]
+    weights = np.ones(X.shape[1])
+    for _ in range(config.iterations):
+        usable = seen & np.isfinite(reference).all(axis=1)
+        T = procrustes_frames(np.nan_to_num(reference), X, usable * weights).transform
+        aligned = T.inverse().apply(X)
+        aligned[~enough] = np.nan
+        reference = _nanmedian(aligned)
+        spread = _nanmedian(np.linalg.norm(aligned - reference, axis=2))
+        floor = max(config.still_mm, float(np.nanquantile(spread, config.still_share)))
+        weights = np.nan_to_num(floor**2 / np.maximum(spread, floor) ** 2)
+    T = hold(T, enough)
+    return Stabilised(markers.with_positions(T.inverse().apply(X)), T, weights)
+
+
+def hold(T: Transform, tracked: np.ndarray) -> Transform:
+    """Poses with untracked frames replaced by the last tracked one before them (the first one after, at the start)."""
+    known = np.flatnonzero(tracked)
+    source = known[np.maximum(np.searchsorted(known, np.arange(len(tracked)), side="right") - 1, 0)]
+    return T[source]
+
+
+def calm_frame(positions: Float[np.ndarray, "frames markers 3"]) -> int:
+    """The frame most like a resting face: nearest to all others, robustly, and moving least.
+
+    `positions` are in the head frame, mm. A face spends most of its time near rest, so the frame with the least
+    median distance to a sample of all frames is a resting one, whatever the frames' order.
+    """
+    seen = np.isfinite(positions).all(axis=2)
+    complete = np.flatnonzero(seen.sum(axis=1) >= max(3, 0.9 * seen.sum(axis=1).max()))
+    sample = complete[np.linspace(0, len(complete) - 1, min(len(complete), 400)).astype(int)]
+    X = np.where(seen[sample][..., None], positions[sample], _nanmedian(positions)).reshape(len(sample), -1)
+    squared = (X**2).sum(axis=1)
+    distances = np.sqrt(np.maximum(squared[:, None] + squared - 2 * X @ X.T, 0))
+    return int(sample[np.argmin(np.median(distances, axis=1))])
+
+
+def _nanmedian(values: np.ndarray) -> np.ndarray:
+    """Median over the first axis, NaN (and no warning) where there is nothing."""
+    empty = ~np.isfinite(values).any(axis=0)
+    return np.where(empty, np.nan, np.nanmedian(np.where(empty, 0.0, values), axis=0))
