@@ -1,0 +1,65 @@
+"""The bundled face: one head, 52 expressions and an identity space, ready without any file of the user's."""
+
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from ..mesh import Mesh
+from ..rig import Rig
+
+
+@dataclass(frozen=True)
+class IdentitySpace:
+    """Faces as neutral + sum_c a_c modes_c, the a_c independent with unit variance among people."""
+
+    modes: Float[np.ndarray, "c n 3"]
+    """Millimetres a standard deviation, strongest first; each is symmetric or antisymmetric."""
+
+    def displacement(self, coefficients: Float[np.ndarray, " c"]) -> Float[np.ndarray, "n 3"]:
+        """Sum of the modes under `coefficients`, in standard deviations; fewer than all are the first ones."""
+        used = self.modes[: len(coefficients)]
+        return np.tensordot(coefficients, used, axes=1)
+
+
+@dataclass(frozen=True)
+class BundledFace:
+    """An average adult head with the ARKit expressions (MakeHuman's data, CC0; see `assets/README.md`).
+
+    Face space: millimetres, +Y up, +Z out of the face, +X to the subject's left. The origin lies on the mirror plane
+    at the height of the eyeballs' centres, 80 mm behind them: about the middle of the head, between the ears' tops.
+    """
+
+    rig: Rig
+    """The average adult and the 52 ARKit shapes."""
+    identity: IdentitySpace
+    mirror: Int[np.ndarray, " n"]
+    """The vertex at -x of each vertex; those on the mirror plane are their own. Exact on the neutral."""
+    parts: dict[str, Int[np.ndarray, " k"]]
+    """Vertices of skin, left_eye, right_eye, upper_teeth, lower_teeth, tongue: every vertex is in one."""
+    regions: dict[str, Float[np.ndarray, " n"]]
+    """Smooth masks in 0..1 by name; 0 off the outer skin."""
+
+    def person(self, coefficients: Float[np.ndarray, " c"]) -> Rig:
+        """Another person's rig: the identity's neutral with the average's expressions on it."""
+        vertices = self.rig.neutral.vertices + self.identity.displacement(coefficients)
+        return self.rig.with_shapes(self.rig.neutral.with_vertices(vertices), self.rig.deltas)
+
+
+@cache
+def load_face() -> BundledFace:
+    """The bundled face. Read once a process; treat the arrays as read-only."""
+    with (files(__package__) / "assets" / "face.npz").open("rb") as file, np.load(file) as data:
+        a = dict(data)
+    n = len(a["neutral"])
+    neutral = Mesh(
+        vertices=a["neutral"].astype(np.float64), faces=a["faces"].astype(np.int32),
+        uv=a["uv"] / 65535.0, uv_faces=a["uv_faces"].astype(np.int32), colors=a["colors"] / 255.0,
+    )  # fmt: skip
+    rig = Rig(neutral, a["deltas"].reshape(-1, n, 3) * float(a["delta_step"]), tuple(a["names"].tolist()))
+    parts = {str(name): np.flatnonzero(a["part"] == i) for i, name in enumerate(a["part_names"])}
+    regions = {str(name): mask / 255.0 for name, mask in zip(a["region_names"], a["regions"], strict=True)}
+    modes = a["modes"] * float(a["mode_step"])
+    return BundledFace(rig, IdentitySpace(modes), a["mirror"].astype(np.int64), parts, regions)
