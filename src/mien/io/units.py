@@ -1,0 +1,132 @@
+"""Which unit a file of positions is in: as told, as written in the file, or as the size of a face gives away."""
+
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from ..errors import BadInput
+
+UNITS = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}
+"""Millimetres in one unit, in the order in which they are tried on a file that does not say."""
+
+_NAMES = {
+    "mm": ("mm", "millimeter", "millimeters", "millimetre", "millimetres"),
+    "cm": ("cm", "centimeter", "centimeters", "centimetre", "centimetres"),
+    "m": ("m", "meter", "meters", "metre", "metres"),
+    "in": ("in", "inch", "inches", '"'),
+}
+_BY_NAME = {alias: UNITS[unit] for unit, aliases in _NAMES.items() for alias in aliases}
+
+FACE_SPAN_MM = (45.0, 400.0)
+"""Box diagonals that are taken for the markers of one face. Layouts from mouth-only to brow, ears and chin measure
+60 to 260; the rest is for a tilted head and a head band. The ratio is under ten: of mm, cm and m only one can fit."""
+
+TYPICAL_SPAN_MM = 140.0
+"""Box diagonal of the markers on an adult's brows, nose, cheeks and mouth: what `guess_unit` scales to."""
+
+
+def parse_unit(unit: str) -> float:
+    """Millimetres in one `unit`: a name such as "mm", "cm", "m", "in", "metres", or a number such as "184.84".
+
+    Raises:
+        BadInput: neither.
+    """
+    found = known_unit(unit)
+    if found is None:
+        raise BadInput(f"unit {unit!r}: expected mm, cm, m, in, or the number of millimetres in one unit")
+    return found
+
+
+def known_unit(unit: str) -> float | None:
+    """As `parse_unit`, but None for what is neither a unit's name nor a positive number."""
+    name = unit.strip().lower()
+    if name in _BY_NAME:
+        return _BY_NAME[name]
+    try:
+        value = float(name)
+    except ValueError:
+        return None
+    return value if 0 < value < np.inf else None
+
+
+def seen_in(positions: Float[np.ndarray, "frames markers 3"]) -> Bool[np.ndarray, "frames markers"]:
+    """Where all three coordinates are finite."""
+    return np.asarray(np.isfinite(positions).all(axis=2))
+
+
+def cloud_span(positions: Float[np.ndarray, "frames markers 3"]) -> float:
+    """Size of a marker cloud, in its own unit: the median over frames of the diagonal of the box around the markers.
+
+    Only frames count that see at least as many markers as the middle one of the non-empty frames; NaN if none sees two.
+    """
+    seen = seen_in(positions)
+    count = seen.sum(axis=1)
+    if (count >= 2).sum() == 0:
+        return float("nan")
+    full = count >= max(2, np.median(count[count > 0]))
+    inside = seen[full][:, :, None]
+    points = positions[full]
+    high = np.where(inside, points, -np.inf).max(axis=1)
+    low = np.where(inside, points, np.inf).min(axis=1)
+    return float(np.median(np.linalg.norm(high - low, axis=1)))
+
+
+def fitting_units(span: float) -> list[str]:
+    """The names in `UNITS` under which a cloud of size `span` (in its own unit) is as large as a face."""
+    low, high = FACE_SPAN_MM
+    return [name for name, mm in UNITS.items() if low <= span * mm <= high]
+
+
+def guess_unit(positions: Float[np.ndarray, "frames markers 3"]) -> float:
+    """Millimetres per unit that make the marker cloud as large as a typical face. A guess: absolute scale is not known.
+
+    Adults' faces differ by about a tenth, layouts by more: where millimetres matter, measure a distance, name the unit.
+    """
+    return TYPICAL_SPAN_MM / cloud_span(positions)
+
+
+def check_span(path: Path, span: float, mm: float, source: str) -> None:
+    """Refuse a unit, told or written in the file, that makes no face of a cloud of size `span` (in file units).
+
+    `source` says who named the unit.
+
+    Raises:
+        BadInput: with the unit that would make it a face.
+    """
+    low, high = FACE_SPAN_MM
+    if low <= span * mm <= high:
+        return
+    fits = fitting_units(span)
+    better = fits[0] if fits else f"{TYPICAL_SPAN_MM / span:.4g}"
+    why = "would make it a face" if fits else "(mm per unit, a guess from its size) would make it a face"
+    raise BadInput(
+        f"{path}: the markers span {_length(span * mm)} with {mm:g} mm a unit ({source}), but a face spans 60-260 mm; "
+        f"--units {better} {why}"
+    )
+
+
+def settle_unit(path: Path, positions: Float[np.ndarray, "frames markers 3"]) -> tuple[float, str, str]:
+    """The unit of a file that names none: (mm per unit, "assumed" or "guessed", a line that says so).
+
+    The first of mm, cm, m, in that makes the cloud a face; where none does (a 3D program's own units), `guess_unit`.
+    """
+    span = cloud_span(positions)
+    fits = fitting_units(span)
+    if fits:
+        name = fits[0]
+        note = f"{path}: no unit named; read as {name}, in which the markers span {span * UNITS[name]:.0f} mm"
+        return UNITS[name], "assumed", note
+    mm = guess_unit(positions)
+    note = (
+        f"{path}: no unit named and none makes a face of a span of {span:.4g}; scaled by {mm:.4g} to a typical "
+        f"{TYPICAL_SPAN_MM:.0f} mm, so absolute size is a guess (--units NUMBER gives the millimetres in one unit)"
+    )
+    return mm, "guessed", note
+
+
+def _length(mm: float) -> str:
+    for size, name in ((1e6, "km"), (1e3, "m"), (1.0, "mm")):
+        if mm >= size:
+            return f"{mm / size:.3g} {name}"
+    return f"{mm:.2g} mm"
