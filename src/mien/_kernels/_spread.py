@@ -1,0 +1,26 @@
+"""Rows over threads, for kernels that let go of the interpreter's lock (`nogil=True`).
+
+Cheaper to compile than `parallel=True`, and safe where the caller itself runs in several threads.
+"""
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+
+
+def cores() -> int:
+    """How many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def spread(work: Callable[[int, int], object], rows: int, threads: int = 0) -> None:
+    """Call `work(first, last)` on pieces of 0..rows, side by side in `threads` threads (0 = one a core)."""
+    threads = min(threads or cores(), rows)
+    if threads <= 1:
+        work(0, rows)
+        return
+    pieces = 2 * threads
+    ends = [rows * p // pieces for p in range(pieces + 1)]
+    with ThreadPoolExecutor(threads) as pool:
+        for _ in pool.map(work, ends[:-1], ends[1:]):
+            pass

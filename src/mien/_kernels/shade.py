@@ -1,0 +1,266 @@
+"""What a picture needs at every sample: attributes carried from corners, texture, light. Compiled, one row a sample."""
+
+import numpy as np
+from numba import njit
+
+from ._spread import spread
+
+SHOULDER = 0.75
+"""Linear light above this bends smoothly towards 1, so that highlights keep their shape."""
+
+
+def interpolate(values, corners, weights, threads=0):
+    """Corner values at samples.
+
+    Args:
+        values: (n, c).
+        corners: (s, 3) rows of `values`.
+        weights: (s, 3) barycentric coordinates.
+
+    Returns:
+        (s, c) float32.
+    """
+    values = np.ascontiguousarray(values, dtype=np.float32)
+    corners = np.ascontiguousarray(corners, dtype=np.int64)
+    weights = np.ascontiguousarray(weights, dtype=np.float64)
+    out = np.empty((len(corners), values.shape[1]), np.float32)
+    spread(lambda a, b: _interpolate(values, corners, weights, a, b, out), len(corners), threads)
+    return out
+
+
+def bilinear(texture, curve, uv, threads=0):
+    """Texture colour at samples, through `curve`, between texels, repeated outside 0..1.
+
+    Args:
+        texture: (h, w, 3) uint8, first row at the top.
+        curve: (256,) float32, what each level means (linear light).
+        uv: (s, 2) float32, origin at the lower left corner of the image, texel centres at half texels.
+
+    Returns:
+        (s, 3) float32.
+    """
+    texture = np.ascontiguousarray(texture, dtype=np.uint8)
+    uv = np.ascontiguousarray(uv, dtype=np.float32)
+    out = np.empty((len(uv), 3), np.float32)
+    curve = np.ascontiguousarray(curve, dtype=np.float32)
+    spread(lambda a, b: _bilinear(texture, curve, uv, a, b, out), len(uv), threads)
+    return out
+
+
+def light(normals, points, albedo, open_sky, shadow, lamps, ambient, skin, threads=0):
+    """Light that leaves each sample towards the camera at the origin, linear.
+
+    Diffuse light wraps round the terminator by `skin[c]`, a share of one, in each colour (light bleeds under the skin,
+    farthest in red); gloss is one GGX lobe with Schlick's Fresnel term (Walter et al. 2007; Kelemen's visibility).
+
+    Args:
+        normals, points: (s, 3) float32, camera space; normals face the camera, of any length.
+        albedo: (s, 3) float32, linear.
+        open_sky: (s,) float32, 1 = unoccluded.
+        shadow: (s,) float32, the share of lamp 0 that arrives.
+        lamps: (l, 7): unit direction towards the lamp, colour, share of it that mirrors.
+        ambient: (2, 3): light from above (-y) and from below.
+        skin: (5,): wrap in red, green, blue; reflectance at normal incidence; roughness.
+
+    Returns:
+        (s, 3) float32.
+    """
+    n, p, al, sky, sh = (np.ascontiguousarray(x, dtype=np.float32) for x in (normals, points, albedo, open_sky, shadow))
+    lamps, ambient, skin = (np.ascontiguousarray(x, dtype=np.float64) for x in (lamps, ambient, skin))
+    out = np.empty((len(normals), 3), np.float32)
+    spread(lambda a, b: _light(n, p, al, sky, sh, lamps, ambient, skin, a, b, out), len(normals), threads)
+    return out
+
+
+def resolve(lit, pixels, backdrop, encode, supersample):
+    """Samples -> 8-bit pixels over a backdrop.
+
+    Args:
+        lit: (s, 3) float32, linear.
+        pixels: (s,) int64, flat index of each sample in the supersampled picture.
+        backdrop: (h, w, 3) float32, linear.
+        encode: (levels,) float32, sRGB 0..255 of linear light at squares of equal steps over 0..1.
+        supersample: samples a side in every pixel.
+
+    Returns:
+        RGB (h, w, 3) uint8 over the backdrop; coverage (h, w) float32; RGB on its own, straight (h, w, 3) uint8.
+    """
+    height, width, _ = backdrop.shape
+    sums, count = np.zeros((height, width, 3), np.float32), np.zeros((height, width), np.float32)
+    over, alone = np.zeros((height, width, 3), np.uint8), np.zeros((height, width, 3), np.uint8)
+    share = 1 / supersample**2
+    _gather(np.ascontiguousarray(lit, dtype=np.float32), pixels.astype(np.int64), supersample, share, sums, count)
+    _encode(sums, count, np.ascontiguousarray(backdrop, dtype=np.float32), encode.astype(np.float32), over, alone)
+    return over, count, alone
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+def _interpolate(values, corners, weights, first, last, out):
+    for s in range(first, last):
+        i, j, k = corners[s, 0], corners[s, 1], corners[s, 2]
+        a, b, g = weights[s, 0], weights[s, 1], weights[s, 2]
+        for c in range(values.shape[1]):
+            out[s, c] = a * values[i, c] + b * values[j, c] + g * values[k, c]
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+def _bilinear(texture, curve, uv, first, last, out):
+    height, width, _ = texture.shape
+    for s in range(first, last):
+        x = uv[s, 0] * width - 0.5
+        y = (1 - uv[s, 1]) * height - 0.5
+        left, top = np.floor(x), np.floor(y)
+        fx, fy = x - left, y - top
+        i0, j0 = int(left) % width, int(top) % height
+        i1, j1 = (i0 + 1) % width, (j0 + 1) % height
+        for c in range(3):
+            above = (1 - fx) * curve[texture[j0, i0, c]] + fx * curve[texture[j0, i1, c]]
+            below = (1 - fx) * curve[texture[j1, i0, c]] + fx * curve[texture[j1, i1, c]]
+            out[s, c] = (1 - fy) * above + fy * below
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+def _light(normals, points, albedo, open_sky, shadow, lamps, ambient, skin, first, last, out):
+    f0, alpha = skin[3], skin[4] * skin[4]
+    for s in range(first, last):
+        nx, ny, nz = normals[s, 0], normals[s, 1], normals[s, 2]
+        length = np.sqrt(nx * nx + ny * ny + nz * nz) + 1e-12
+        nx, ny, nz = nx / length, ny / length, nz / length
+        vx, vy, vz = -points[s, 0], -points[s, 1], -points[s, 2]
+        length = np.sqrt(vx * vx + vy * vy + vz * vz)
+        vx, vy, vz = vx / length, vy / length, vz / length
+        facing = max(nx * vx + ny * vy + nz * vz, 0.0)
+        sky = 0.5 - 0.5 * ny
+        clear = open_sky[s]
+        sheen = (f0 + (1 - f0) * (1 - facing) ** 5) * 0.35 * clear * clear
+        for c in range(3):
+            around = sky * ambient[0, c] + (1 - sky) * ambient[1, c]
+            # light that bounces between bright walls of a fold before it comes out
+            bounced = clear / (1 - albedo[s, c] * (1 - clear) * 0.8)
+            out[s, c] = around * (albedo[s, c] * bounced + sheen)
+        for lamp in range(len(lamps)):
+            lx, ly, lz = lamps[lamp, 0], lamps[lamp, 1], lamps[lamp, 2]
+            cosine = nx * lx + ny * ly + nz * lz
+            through = 0.4 * clear + 0.6 * clear * clear
+            if lamp == 0:
+                # past the terminator the lamp's shadow says nothing: there the open sky decides
+                fade = min(max(cosine / 0.25, 0.0), 1.0)
+                fade = fade * fade * (3 - 2 * fade)
+                through = fade * shadow[s] + (1 - fade) * clear * clear
+            hx, hy, hz = lx + vx, ly + vy, lz + vz
+            half = np.sqrt(hx * hx + hy * hy + hz * hz) + 1e-9
+            nh = (nx * hx + ny * hy + nz * hz) / half
+            lh = (lx * hx + ly * hy + lz * hz) / half
+            gloss = 0.0
+            if cosine > 0 and nh > 0:
+                d = nh * nh * (alpha * alpha - 1) + 1
+                fresnel = f0 + (1 - f0) * (1 - lh) ** 5
+                visible = 1 / (4 * max(lh * lh, 0.1) * (skin[4] + 0.5))
+                gloss = lamps[lamp, 6] * cosine * fresnel * visible * alpha * alpha / (d * d)
+            for c in range(3):
+                wrap = skin[c]
+                diffuse = max(cosine + wrap, 0.0) / ((1 + wrap) * (1 + wrap))
+                # red light bleeds into the edge of a shadow first
+                arriving = through + 1.2 * wrap * through * (1 - through)
+                out[s, c] += lamps[lamp, 3 + c] * (arriving * diffuse * albedo[s, c] + through * clear * gloss)
+        for c in range(3):
+            if out[s, c] > SHOULDER:
+                out[s, c] = 1 - (1 - SHOULDER) * np.exp((SHOULDER - out[s, c]) / (1 - SHOULDER))
+
+
+def soft_shadow(points, normals, lamp, depth, pose, lens, threads=0):
+    """The share of a lamp that arrives at samples, from the depth image that the lamp sees (percentage-closer
+    filtering; Reeves et al. 1987).
+
+    The depths of 4 x 4 texels are compared with the sample's tangent plane, so that slopes do not shadow themselves,
+    and weighted by a cubic B-spline, so that edges are soft and vary smoothly.
+
+    Args:
+        points, normals: (s, 3) float32, camera space; normals of any length.
+        lamp: (3,) unit direction towards the lamp.
+        depth: (k, k) float32, mm, far where there is nothing.
+        pose: (3, 4), camera space -> lamp space.
+        lens: focal length and centre of the lamp's square image, pixels; how far (mm) a surface must lie behind
+            another to be wholly in its shadow.
+
+    Returns:
+        (s,) float32, 0..1.
+    """
+    points = np.ascontiguousarray(points, dtype=np.float32)
+    normals = np.ascontiguousarray(normals, dtype=np.float32)
+    lamp, pose = np.array(lamp, dtype=np.float64), np.ascontiguousarray(pose, dtype=np.float64)
+    depth, lens = np.ascontiguousarray(depth, dtype=np.float32), np.array(lens, dtype=np.float64)
+    out = np.empty(len(points), np.float32)
+    spread(lambda a, b: _soft_shadow(points, normals, lamp, depth, pose, lens, a, b, out), len(points), threads)
+    return out
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+def _spline(t):
+    """Cubic B-spline weights of the four texels round a place `t` past the second of them."""
+    r = 1 - t
+    return r * r * r / 6, (3 * t * t * (t - 2) + 4) / 6, (3 * r * r * (r - 2) + 4) / 6, t * t * t / 6
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+def _soft_shadow(points, normals, lamp, depth, pose, lens, first, last, out):
+    size = len(depth)
+    focal, centre, ramp = lens
+    for s in range(first, last):
+        nx, ny, nz = normals[s]
+        length = np.sqrt(nx * nx + ny * ny + nz * nz) + 1e-12
+        cosine = (nx * lamp[0] + ny * lamp[1] + nz * lamp[2]) / length
+        if cosine <= 0:
+            out[s] = 0
+            continue
+        px, py, pz = points[s]
+        x = pose[0, 0] * px + pose[0, 1] * py + pose[0, 2] * pz + pose[0, 3]
+        y = pose[1, 0] * px + pose[1, 1] * py + pose[1, 2] * pz + pose[1, 3]
+        z = pose[2, 0] * px + pose[2, 1] * py + pose[2, 2] * pz + pose[2, 3]
+        # the tangent plane in the lamp's image: depth per texel, held back where it is nearly edge-on
+        texel = z / focal
+        steep = texel / (max(cosine, 0.2) * length)
+        slope_u = steep * (pose[0, 0] * nx + pose[0, 1] * ny + pose[0, 2] * nz)
+        slope_v = steep * (pose[1, 0] * nx + pose[1, 1] * ny + pose[1, 2] * nz)
+        u = min(max(focal * x / z + centre, 1.0), size - 2.001)
+        v = min(max(focal * y / z + centre, 1.0), size - 2.001)
+        i, j = int(u), int(v)
+        across, down = _spline(u - i), _spline(v - j)
+        total = 0.0
+        for b in range(4):
+            row = 0.0
+            for a in range(4):
+                plane = z + slope_u * (i - 1 + a - u) + slope_v * (j - 1 + b - v)
+                gap = plane - depth[j - 1 + b, i - 1 + a] - 0.5 * texel
+                row += across[a] * min(max(1 - gap / ramp, 0.0), 1.0)
+            total += down[b] * row
+        out[s] = total
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+def _gather(lit, pixels, supersample, share, sums, count):
+    wide = count.shape[1] * supersample
+    for s in range(len(pixels)):
+        v, u = pixels[s] // wide // supersample, pixels[s] % wide // supersample
+        count[v, u] += share
+        for c in range(3):
+            sums[v, u, c] += share * lit[s, c]
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+def _level(linear, encode):
+    place = np.sqrt(min(max(linear, 0.0), 1.0)) * (len(encode) - 1)
+    below = min(int(place), len(encode) - 2)
+    return int(encode[below] + (place - below) * (encode[below + 1] - encode[below]) + 0.5)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+def _encode(sums, count, backdrop, encode, over, alone):
+    height, width = count.shape
+    for v in range(height):
+        for u in range(width):
+            free = 1 - count[v, u]
+            for c in range(3):
+                over[v, u, c] = _level(sums[v, u, c] + free * backdrop[v, u, c], encode)
+                if count[v, u] > 0:
+                    alone[v, u, c] = _level(sums[v, u, c] / count[v, u], encode)

@@ -1,0 +1,219 @@
+"""Pictures of faces: shaded, textured or as heat maps. No display, no GPU, no noise."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int, UInt8
+
+from .._kernels.shade import bilinear, interpolate, light, resolve
+from .._kernels.zbuffer import pixel_weights, zbuffer
+from ..camera import Camera
+from ..errors import BadInput
+from ..mesh import Mesh, vertex_normals
+from ..transforms import Transform
+from .color import LEVEL_OF_ROOT, LINEAR_OF_BYTE, to_bytes, to_linear
+from .colormap import colors_of
+from .occlusion import ambient_occlusion
+from .shadow import shadow_map
+
+
+@dataclass(frozen=True)
+class Lamp:
+    """A far lamp that moves with the camera."""
+
+    direction: tuple[float, float, float]
+    """Towards the lamp, camera space (x right, y down, z forward); of any length."""
+    color: tuple[float, float, float]
+    """Linear light; 1 makes a white surface that faces the lamp white."""
+    gloss: float = 1.0
+    """Share of it that mirrors off the surface."""
+
+
+@dataclass(frozen=True)
+class Look:
+    """How a picture is lit and drawn. Lamps stand still relative to the camera."""
+
+    supersample: int = 2
+    """Samples a side in every pixel; 1 switches antialiasing off."""
+    skin: tuple[float, float, float] = (0.80, 0.66, 0.58)
+    """Colour of a mesh that has none, sRGB."""
+    key: Lamp = Lamp((-0.55, -0.62, -0.72), (1.02, 0.95, 0.86))
+    """The main lamp, the one that casts shadows."""
+    others: tuple[Lamp, ...] = (
+        Lamp((0.85, -0.10, -0.55), (0.20, 0.24, 0.30)),
+        Lamp((0.80, -0.45, 0.70), (0.42, 0.46, 0.52), 0.3),
+        Lamp((-0.85, -0.35, 0.75), (0.26, 0.26, 0.28), 0.3),
+    )
+    """A cool fill and two rim lamps behind the head."""
+    above: tuple[float, float, float] = (0.30, 0.32, 0.35)
+    """Ambient light from above, linear."""
+    below: tuple[float, float, float] = (0.15, 0.13, 0.12)
+    """Ambient light from below, linear."""
+    wrap: tuple[float, float, float] = (0.28, 0.14, 0.09)
+    """How far light bleeds round the terminator, by colour, as a share of a right angle's sine; 0 = hard."""
+    reflectance: float = 0.028
+    """Of the surface's gloss at normal incidence; 0 = matt."""
+    roughness: float = 0.48
+    """Width of the gloss, 0..1."""
+    occlusion: int = 64
+    """Fixed rays over the sphere for ambient occlusion, a vertex; 0 switches it off."""
+    softness: float = 1.5
+    """Half the width of the key's shadow edges, mm; 0 switches shadows off."""
+    background: tuple[tuple[float, float, float], ...] = ((0.27, 0.28, 0.30), (0.14, 0.145, 0.16))
+    """Top and bottom of the background, sRGB."""
+    alpha: bool = False
+    """Leave the background out: RGBA, straight alpha."""
+    colormap: str = "heat"
+    """Which map turns values into colours (`mien.pictures.colormap`)."""
+    limits: tuple[float, float] | None = None
+    """Values at the two ends of the colour map; their own range where None."""
+    value_shading: float = 0.5
+    """How much light and shade show through a heat map, 0..1; 0 = the map's colours exactly."""
+
+
+def render(
+    mesh: Mesh,
+    camera: Camera,
+    T_camera_face: Transform,
+    look: Look = Look(),
+    *,
+    texture: UInt8[np.ndarray, "th tw 3"] | None = None,
+    values: Float[np.ndarray, " n"] | None = None,
+) -> UInt8[np.ndarray, "h w c"]:
+    """A picture of a mesh, RGB (RGBA with `look.alpha`); one-shot `Renderer(mesh, look, texture).draw(...)`.
+
+    Colour comes from `values` (a heat map), else `texture` (for the mesh's uv), else vertex colours, else `look.skin`.
+
+    Args:
+        mesh: face space, mm.
+        values: one a vertex, drawn through `look.colormap`; grey where NaN.
+    """
+    return Renderer(mesh, look, texture).draw(camera, T_camera_face, values=values)
+
+
+class Renderer:
+    """A surface made ready for pictures: draw it often, from anywhere, in other shapes of the same topology."""
+
+    def __init__(
+        self, mesh: Mesh, look: Look = Look(), texture: UInt8[np.ndarray, "th tw 3"] | None = None
+    ):
+        self.mesh = mesh
+        self.look = look
+        self.texture = texture
+        self._faces = np.ascontiguousarray(mesh.faces, dtype=np.int64)
+        if texture is not None:
+            if mesh.uv is None:
+                raise BadInput("a texture, but a mesh with no texture coordinates: give one with `uv`, or no texture")
+            self._uv = mesh.uv.astype(np.float32)
+            self._uv_faces = self._faces if mesh.uv_faces is None else mesh.uv_faces.astype(np.int64)
+        color = mesh.colors if mesh.colors is not None else np.broadcast_to(look.skin, mesh.vertices.shape)
+        self._albedo = to_linear(np.asarray(color, dtype=np.float64)).astype(np.float32)
+
+    def draw(
+        self,
+        camera: Camera,
+        T_camera_face: Transform,
+        *,
+        vertices: Float[np.ndarray, "n 3"] | None = None,
+        values: Float[np.ndarray, " n"] | None = None,
+        open_sky: Float[np.ndarray, " n"] | None = None,
+    ) -> UInt8[np.ndarray, "h w c"]:
+        """A picture, RGB (RGBA with `look.alpha`).
+
+        Args:
+            vertices: another shape of the mesh, mm.
+            values: one a vertex, drawn as a heat map.
+            open_sky: ambient occlusion known already (`ambient_occlusion`), say the neutral face's for a whole film.
+        """
+        mesh = self.mesh if vertices is None else self.mesh.with_vertices(vertices)
+        samples = self._samples(mesh, camera.scaled(self.look.supersample), T_camera_face)
+        if open_sky is None:
+            rays = self.look.occlusion
+            open_sky = ambient_occlusion(mesh, rays) if rays else np.ones(len(mesh.vertices))
+        normals = T_camera_face.rotate(vertex_normals(mesh.vertices, mesh.faces))
+        lit = self._lit(samples, normals, open_sky, values)
+        return _resolved(lit, samples, camera, self.look)
+
+    def _samples(self, mesh: Mesh, camera: Camera, T_camera_face: Transform) -> "_Samples":
+        points = T_camera_face.apply(mesh.vertices)
+        intrinsics = (camera.fx, camera.fy, camera.cx, camera.cy)
+        image, _ = zbuffer(points, self._faces, intrinsics, camera.height, camera.width)
+        pixels = np.flatnonzero(image.reshape(-1) >= 0)
+        faces = image.reshape(-1)[pixels]
+        corners = self._faces[faces]
+        weights = pixel_weights(points, self._faces, intrinsics, image, pixels)
+        return _Samples(points, pixels, faces, corners, weights, _seen_from_behind(points, self._faces)[faces])
+
+    def _lit(self, samples, normals, open_sky, values) -> Float[np.ndarray, "s 3"]:
+        """Linear light of each sample."""
+        look = self.look
+        carried = np.concatenate([normals, samples.points, open_sky[:, None]], 1)
+        carried = interpolate(carried, samples.corners, samples.weights)
+        normal, point, clear = carried[:, :3], carried[:, 3:6], carried[:, 6]
+        normal[samples.behind] *= -1
+        if samples.behind.mean() < 0.5:
+            clear[samples.behind] *= 0.35
+        arrives = self._arrives(samples, point, normal)
+        lamps = np.array([[*_unit(lamp.direction), *lamp.color, lamp.gloss] for lamp in (look.key, *look.others)])
+        ambient = np.array([look.above, look.below])
+        if values is None:
+            skin = [*look.wrap, look.reflectance, look.roughness]
+            return light(normal, point, self._color(samples), clear, arrives, lamps, ambient, skin)
+        return self._heat(samples, values, normal, point, clear, arrives, lamps, ambient)
+
+    def _arrives(self, samples, point, normal) -> Float[np.ndarray, " s"]:
+        if not self.look.softness or not len(point):
+            return np.ones(len(point), np.float32)
+        lamp = np.array(_unit(self.look.key.direction))
+        return shadow_map(samples.points, self._faces, lamp, self.look.softness).arrives(point, normal)
+
+    def _color(self, samples) -> Float[np.ndarray, "s 3"]:
+        """Linear albedo of each sample."""
+        if self.texture is None:
+            return interpolate(self._albedo, samples.corners, samples.weights)
+        uv = interpolate(self._uv, self._uv_faces[samples.faces], samples.weights)
+        return bilinear(self.texture, LINEAR_OF_BYTE, uv)
+
+    def _heat(self, samples, values, normal, point, clear, arrives, lamps, ambient) -> Float[np.ndarray, "s 3"]:
+        """The colour map's colours, with some light and shade over them."""
+        limits = self.look.limits or (float(np.nanmin(values)), float(np.nanmax(values)))
+        value = np.einsum("sc,sc->s", values[samples.corners], samples.weights)
+        color = to_linear(colors_of(value, limits, self.look.colormap))
+        white = np.full((len(value), 3), 0.8, np.float32)
+        lit = light(normal, point, white, clear, arrives, lamps, ambient, [0.1, 0.1, 0.1, 0.0, 1.0])
+        shade = 1 - self.look.value_shading * (1 - np.minimum(lit.mean(1, keepdims=True) / 0.6, 1))
+        return (color * shade).astype(np.float32)
+
+
+@dataclass(frozen=True)
+class _Samples:
+    """The samples of a picture that fall on the mesh."""
+
+    points: Float[np.ndarray, "n 3"]
+    """Vertices in camera space."""
+    pixels: Int[np.ndarray, " s"]
+    """Flat index in the supersampled picture."""
+    faces: Int[np.ndarray, " s"]
+    corners: Int[np.ndarray, "s 3"]
+    weights: Float[np.ndarray, "s 3"]
+    behind: np.ndarray
+    """Whether the triangle shows its inner side."""
+
+
+def _seen_from_behind(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Which triangles (camera space) turn their inner side to the camera."""
+    a, b, c = (points[faces[:, i]] for i in range(3))
+    return np.einsum("md,md->m", a, np.cross(b - a, c - a)) > 0
+
+
+def _resolved(lit: np.ndarray, samples: _Samples, camera: Camera, look: Look) -> UInt8[np.ndarray, "h w c"]:
+    """Samples -> pixels over the background."""
+    ramp = np.linspace(0, 1, camera.height)[:, None, None]
+    top, bottom = to_linear(np.array(look.background))
+    backdrop = np.broadcast_to((1 - ramp) * top + ramp * bottom, (camera.height, camera.width, 3))
+    over, covered, alone = resolve(lit, samples.pixels, backdrop, LEVEL_OF_ROOT, look.supersample)
+    return np.concatenate([alone, to_bytes(covered)[..., None]], 2) if look.alpha else over
+
+
+def _unit(direction: tuple[float, float, float]) -> np.ndarray:
+    return np.array(direction) / np.linalg.norm(direction)
