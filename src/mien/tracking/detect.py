@@ -1,0 +1,110 @@
+"""Where the head is, from landmarks alone: at the start, and after it was lost (Li et al. 2013, sec. 4.1)."""
+
+import numpy as np
+from jaxtyping import Float
+
+from ..camera import Camera
+from ..depth import RGBDFrame
+from ..errors import BadInput
+from ..faces.landmarks import Landmarks2D
+from ..register.rigid import procrustes
+from ..transforms import Transform
+from .features import IRISES
+from .fit import landmark_rows
+from .model import TrackingModel
+from .rigid import LEVER, moved
+
+EYE_CORNERS = [33, 263]
+PLAUSIBLE = (0.6, 1.6)
+"""A face whose eyes are farther apart or nearer than the rig's by these factors is another unit, not another person."""
+
+
+def detect(model: TrackingModel, frame: RGBDFrame, landmarks: Landmarks2D, camera: Camera) -> Transform:
+    """T_camera_face that puts the neutral's landmarks on the detected ones.
+
+    The landmarker's own rough depth gives the turn; the true depth under the landmarks, where there is any, gives the
+    place, and refines both by Procrustes with points that lie off losing weight.
+
+    Raises:
+        BadInput: the depth image makes the face several times too large or too small.
+    """
+    T_camera_face = _reprojected(model, landmarks, camera, _rough(model, landmarks, camera))
+    if frame.depth is None:
+        return T_camera_face
+    seen = lifted(frame, landmarks, camera)
+    check_size(model, seen)
+    ids = np.flatnonzero(model.landmarks.known & np.isfinite(seen[:, 2]))
+    if len(ids) < 20:
+        return T_camera_face
+    rest, points = model.landmark_neutral[ids], seen[ids]
+    weights = np.ones(len(ids))
+    for _ in range(5):
+        T_camera_face = procrustes(rest, points, weights).transform
+        away = np.linalg.norm(T_camera_face.apply(rest) - points, axis=1)
+        weights = 1 / (1 + (away / 6.0) ** 2) ** 2
+    return T_camera_face
+
+
+def lifted(frame: RGBDFrame, landmarks: Landmarks2D, camera: Camera) -> Float[np.ndarray, "478 3"]:
+    """The landmarks as 3D points of the depth image (median of 3 x 3 pixels), camera space, mm; NaN without depth."""
+    u, v = np.round(landmarks.points).astype(int).T
+    inside = (u >= 1) & (v >= 1) & (u < camera.width - 1) & (v < camera.height - 1)
+    u, v = np.clip(u, 1, camera.width - 2), np.clip(v, 1, camera.height - 2)
+    steps = np.stack([frame.depth[v + i, u + j] for i in (-1, 0, 1) for j in (-1, 0, 1)]).astype(float)
+    valid = (steps > 0) & inside
+    some = valid.sum(0) >= 5
+    z = np.full(len(u), np.nan)
+    z[some] = np.nanmedian(np.where(valid, steps, np.nan)[:, some], axis=0)
+    return camera.rays(landmarks.points) * z[:, None]
+
+
+def check_size(model: TrackingModel, seen: Float[np.ndarray, "478 3"]) -> None:
+    """See that the depth's unit makes a face of the rig's size.
+
+    Raises:
+        BadInput: it does not; the line says what scale would.
+    """
+    right, left = seen[EYE_CORNERS]
+    span = float(np.linalg.norm(left - right))
+    if not np.isfinite(span) or PLAUSIBLE[0] < span / model.scale_mm < PLAUSIBLE[1]:
+        return
+    width = 1.7 * span
+    raise BadInput(
+        f"depth scale: it makes a face {_length(width)} wide; multiply depth_scale (units a metre) by "
+        f"{span / model.scale_mm:.3g} to make it one of {1.7 * model.scale_mm:.0f} mm"
+    )
+
+
+def _length(mm: float) -> str:
+    return f"{mm / 1000:.2f} m" if mm >= 1000 else f"{mm:.2g} mm"
+
+
+def _rough(model: TrackingModel, landmarks: Landmarks2D, camera: Camera) -> Transform:
+    """Turn and size from the landmarker's 3D guess, seen as a weak perspective image."""
+    ids = np.flatnonzero(model.landmarks.known)
+    ids = ids[ids < IRISES.start]
+    guess = np.column_stack([landmarks.points, landmarks.depth])[ids]
+    fitted = procrustes(model.landmark_neutral[ids], guess, scale=True).transform
+    focal = (camera.fx + camera.fy) / 2
+    z = focal / fitted.scale
+    ray = camera.rays(fitted.apply(model.centre[None])[0, :2])
+    return Transform(fitted.rotation, ray * z - fitted.rotation @ model.centre)
+
+
+def _reprojected(model: TrackingModel, landmarks: Landmarks2D, camera: Camera, T: Transform) -> Transform:
+    """Gauss-Newton on the landmarks' reprojection, the face kept neutral; far-off landmarks lose weight."""
+    ids = np.flatnonzero(model.landmarks.known)
+    sight = camera.rays(landmarks.points[ids])[:, :2]
+    still = np.zeros(model.shapes)
+    for _ in range(8):
+        centre = T.apply(model.centre[None])[0]
+        J, points = landmark_rows(model, ids, still, T, centre)
+        J = J[:, :, model.shapes :]
+        rows = J[:, :2] - sight[:, :, None] * J[:, 2:]
+        right = sight * points[:, 2:] - points[:, :2]
+        root = 1 / (1 + (right**2).sum(1) / 6.0**2)
+        rows, right = (rows * root[:, None, None]).reshape(-1, 6), (right * root[:, None]).ravel()
+        motion = np.linalg.lstsq(rows, right, rcond=None)[0]
+        motion[:3] /= LEVER
+        T = moved(T, motion, centre)
+    return T

@@ -1,0 +1,226 @@
+"""The fit of the initial blendshapes (Li et al. 2013, sec. 4.2): one function a term, one box-constrained solve.
+
+Every term returns rows J and a right-hand side r, both times the root of its weight: J @ z should be r, where z is the
+change of the k coefficients, then a turn of the head (in 1/100 rad about the front's centre) and a shift (mm).
+
+Units. The paper's w = 5e-5 weighs squared c_F, which carries the focal length: with its Kinect (f = 525 pixels) that is
+w f^2 = 13.8 on the plane z = 1, where c_F is in millimetres at the face: one feature counts like 14 depth points,
+whatever the camera. The depth term counts as much as the paper's 3,480 points, shared out by area, whatever the mesh.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from .._kernels import track
+from ..solve.boxls import box_least_squares
+from ..transforms import Transform
+from .features import FEATURES, LIDS, LIPS
+from .model import POINTS, TrackingModel
+from .observe import Sighting
+from .rigid import LEVER, Correspondences, RigidConfig, correspond, moved
+
+Rows = tuple[np.ndarray, np.ndarray]
+"""J (rows, k + 6) and r (rows,), weighted."""
+
+
+@dataclass(frozen=True)
+class FitConfig:
+    """The blendshape fit. Weights are squared, in the units of the module's first lines."""
+
+    rounds: int = 3
+    """Times that correspondences are found anew."""
+    features: float = 13.8
+    """Weight of a 2D feature, 5e-5 of the paper in our units; 0 = depth alone."""
+    gaps: float = 30.0
+    """Weight of the opening between two lids or lips, which noise common to both does not touch; 0 = none."""
+    soft: float = 12.0
+    """Residuals much above this lose weight, mm. Large = plain least squares."""
+    ridge: float = 8.0
+    """Weight of each squared coefficient."""
+    sparse: float = 4.0
+    """Weight of each coefficient's absolute value: prefers few shapes."""
+    still: float = 8.0
+    """Weight of the squared change since the last frame."""
+    scores: float = 0.0
+    """Weight of the squared distance to the landmarker's own scores; for what depth cannot see it is more."""
+    gaze: float = 60.0
+    """The same for gaze shapes, which move nothing that depth could see."""
+    pose: bool = True
+    """Let the head move along with the coefficients (past the paper: sec. 4.1 alone leaves up to 3 mm)."""
+
+
+@dataclass(frozen=True)
+class FitResult:
+    """What a frame's blendshape fit gave."""
+
+    weights: Float[np.ndarray, " k"]
+    """x, each in 0..1."""
+    T_camera_face: Transform
+    error: float
+    """Mean point-to-plane distance, mm, before the last round's solve; NaN without depth."""
+    covered: float
+    """Share of the front's area that corresponds."""
+
+
+def fit_blendshapes(
+    model: TrackingModel,
+    sighting: Sighting,
+    weights: Float[np.ndarray, " k"],
+    T_camera_face: Transform,
+    config: FitConfig = FitConfig(),
+    rigid: RigidConfig = RigidConfig(),
+) -> FitResult:
+    """Alternate correspondences and box-constrained solves, from the last frame's weights and this frame's pose."""
+    x, before, error, covered = weights, weights, np.nan, 0.0
+    ids = _landmarks_used(model, sighting)
+    for _ in range(config.rounds):
+        terms, centre = [], T_camera_face.apply(model.centre[None])[0]
+        if sighting.depth is not None:
+            match = correspond(model.blend(x), model.faces, T_camera_face, sighting, rigid)
+            terms.append(depth_term(model, match, T_camera_face, centre, config))
+            error, covered = plane_error(match), float(model.share[match.weight > 0].sum())
+        if sighting.sight is not None and config.features:
+            terms.append(feature_term(model, ids, sighting.sight[ids], x, T_camera_face, centre, config))
+            terms.append(gap_term(model, sighting.sight, x, T_camera_face, centre, config))
+        A, b = normal_equations(terms, model.shapes)
+        _add_priors(A, b, model, x, before, sighting.scores, config)
+        change = _solve(A, b, x, config.pose)
+        x = np.clip(x + change[: model.shapes], 0.0, 1.0)
+        motion = change[model.shapes :].copy()
+        motion[:3] /= LEVER
+        T_camera_face = moved(T_camera_face, motion, centre)
+    return FitResult(x, T_camera_face, error, covered)
+
+
+def depth_term(
+    model: TrackingModel,
+    match: Correspondences,
+    T_camera_face: Transform,
+    centre: Float[np.ndarray, " 3"],
+    config: FitConfig,
+) -> Rows:
+    """Point-to-plane, eq. 1: n' (v1(x) - p) = 0 for every vertex that corresponds."""
+    rows, right = track.plane_rows(
+        model.basis, T_camera_face.rotation, match.points, match.found, match.plane,
+        match.weight * (model.share * np.float32(POINTS)), centre, config.soft,
+    )  # fmt: skip
+    rows[:, -6:-3] /= np.float32(LEVER)
+    return rows, right
+
+
+def feature_term(
+    model: TrackingModel,
+    ids: Int[np.ndarray, " j"],
+    sight: Float[np.ndarray, "j 2"],
+    weights: Float[np.ndarray, " k"],
+    T_camera_face: Transform,
+    centre: Float[np.ndarray, " 3"],
+    config: FitConfig,
+) -> Rows:
+    """2D features, eq. 2: [1 0 -u_x; 0 1 -u_y] v = 0 in camera space; in millimetres at the face.
+
+    More than 40 landmarks share the weight of 40.
+    """
+    J, points = landmark_rows(model, ids, weights, T_camera_face, centre)
+    H = np.zeros((len(ids), 2, 3))
+    H[:, 0, 0] = H[:, 1, 1] = 1.0
+    H[:, :, 2] = -sight
+    right = -np.einsum("jab,jb->ja", H, points)
+    root = np.sqrt(config.features * len(FEATURES) / max(len(ids), 1)) / (1 + (right**2).sum(1) / config.soft**2)
+    rows = np.einsum("jab,jbc->jac", H * root[:, None, None], J)
+    return rows.reshape(-1, J.shape[2]), (right * root[:, None]).ravel()
+
+
+def gap_term(
+    model: TrackingModel,
+    sight: Float[np.ndarray, "478 2"],
+    weights: Float[np.ndarray, " k"],
+    T_camera_face: Transform,
+    centre: Float[np.ndarray, " 3"],
+    config: FitConfig,
+) -> Rows:
+    """Openings between lids and between lips (mm): their 2D difference, on which common errors of both sides cancel."""
+    pairs = np.array([*LIDS, *LIPS])
+    J, points = landmark_rows(model, pairs.ravel(), weights, T_camera_face, centre)
+    z = points[:, 2].mean()
+    seen = (sight[pairs[:, 0]] - sight[pairs[:, 1]]) * z
+    J, points = J.reshape(len(pairs), 2, 3, -1), points.reshape(len(pairs), 2, 3)
+    right = seen - (points[:, 0, :2] - points[:, 1, :2])
+    rows = J[:, 0, :2] - J[:, 1, :2]
+    root = np.sqrt(config.gaps)
+    return root * rows.reshape(-1, rows.shape[2]), root * right.ravel()
+
+
+def landmark_rows(
+    model: TrackingModel,
+    ids: Int[np.ndarray, " j"],
+    weights: Float[np.ndarray, " k"],
+    T_camera_face: Transform,
+    centre: Float[np.ndarray, " 3"],
+) -> tuple[Float[np.ndarray, "j 3 c"], Float[np.ndarray, "j 3"]]:
+    """Landmarks in camera space (mm) and their derivatives by the k coefficients, turn and shift (c = k + 6)."""
+    R, basis = T_camera_face.rotation, model.landmark_basis[ids]
+    points = T_camera_face.apply(model.landmark_neutral[ids] + basis @ weights)
+    arm = (points - centre) / LEVER
+    J = np.zeros((len(ids), 3, model.shapes + 6))
+    J[:, :, : model.shapes] = R @ basis
+    x, y, z = arm.T
+    k = model.shapes
+    J[:, 0, k + 1], J[:, 0, k + 2] = z, -y
+    J[:, 1, k], J[:, 1, k + 2] = -z, x
+    J[:, 2, k], J[:, 2, k + 1] = y, -x
+    J[:, 0, k + 3] = J[:, 1, k + 4] = J[:, 2, k + 5] = 1.0
+    return J, points
+
+
+def normal_equations(terms: list[Rows], shapes: int) -> tuple[Float[np.ndarray, "c c"], Float[np.ndarray, " c"]]:
+    """Sum of J'J and of J'r over the terms, float64 (c = shapes + 6)."""
+    A, b = np.zeros((shapes + 6, shapes + 6)), np.zeros(shapes + 6)
+    for rows, right in terms:
+        A += rows.T @ rows
+        b += rows.T @ right
+    return A, b
+
+
+def plane_error(match: Correspondences) -> float:
+    """Mean point-to-plane distance of what corresponds, mm; NaN where nothing does."""
+    kept = match.weight > 0
+    if not kept.any():
+        return float("nan")
+    return float(np.abs(((match.points - match.found) * match.plane).sum(1)[kept]).mean())
+
+
+def _landmarks_used(model: TrackingModel, sighting: Sighting) -> np.ndarray:
+    """The 40 features beside depth; without depth all the landmarks that are known."""
+    if sighting.depth is not None:
+        return np.array(FEATURES)
+    return np.flatnonzero(model.landmarks.known)
+
+
+def _add_priors(A, b, model, x, before, scores, config) -> None:
+    """Ridge, sparsity, stillness and the landmarker's scores, added in place to the coefficients' equations."""
+    k = model.shapes
+    diagonal = np.full(k, config.ridge + config.still)
+    b[:k] += config.still * before - diagonal * x - config.sparse / 2
+    if scores is not None:
+        said = np.array([scores.get(name, np.nan) for name in model.rig.names])
+        trust = np.where(model.gaze, config.gaze, config.scores) * np.isfinite(said)
+        b[:k] += trust * (np.nan_to_num(said) - x)
+        diagonal = diagonal + trust
+    A[np.arange(k), np.arange(k)] += diagonal
+
+
+def _solve(A: np.ndarray, b: np.ndarray, x: np.ndarray, pose: bool) -> np.ndarray:
+    """The change (k + 6,) that keeps every coefficient in 0..1."""
+    k = len(x)
+    free = np.full(6, np.inf if pose else 0.0)
+    A[range(k, k + 6), range(k, k + 6)] += 1e-6 * np.trace(A) / len(A)
+    result = box_least_squares(A, b[None], np.r_[-x, -free], np.r_[1 - x, free], warm=np.zeros((1, k + 6)))
+    return result.values[0]
+
+
+def at_rest(config: FitConfig) -> FitConfig:
+    """The same fit without memory of the last frame: for the first frame and after the head was lost."""
+    return replace(config, still=0.0)

@@ -1,0 +1,24 @@
+"""Blendshape coefficients solved anew on the final mesh (Li et al. 2013, sec. 6)."""
+
+import numpy as np
+from jaxtyping import Float
+
+from ..solve.boxls import box_least_squares
+from .model import POINTS, TrackingModel
+
+
+class Resolver:
+    """min |b0 + B x - v4|^2 over 0..1 on the front, every vertex by its share of the area."""
+
+    def __init__(self, model: TrackingModel, ridge: float = 8.0, still: float = 40.0):
+        """`ridge` and `still` are weights of x^2 and of the squared change from `near`, as in the blendshape fit."""
+        self._model, self._still, k = model, still, model.shapes
+        weighted = (model.basis * (POINTS * model.share)[:, None, None]).reshape(-1, k)
+        self._right = np.ascontiguousarray(weighted.T)
+        self._gram = (weighted.T @ model.basis.reshape(-1, k)).astype(np.float64)
+        self._gram[range(k), range(k)] += ridge + still
+
+    def weights(self, vertices: Float[np.ndarray, "f 3"], near: Float[np.ndarray, " k"]) -> Float[np.ndarray, " k"]:
+        """Coefficients for the front at `vertices` (mm); where the mesh does not say, those `near`."""
+        right = self._right @ (vertices - self._model.neutral).astype(np.float32).ravel() + self._still * near
+        return box_least_squares(self._gram, right[None].astype(np.float64), warm=near[None]).values[0]

@@ -1,0 +1,112 @@
+"""Rigid head motion by projective point-to-plane ICP (Li et al. 2013, sec. 4.1; Rusinkiewicz and Levoy 2001)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Float32, Int
+
+from .._kernels import icp, track
+from ..transforms import Transform, rotation_from_vector
+from .observe import Sighting
+
+LEVER = 100.0
+"""Millimetres: turns are counted in 1/100 radian, so that they and shifts are about as large."""
+
+
+@dataclass(frozen=True)
+class RigidConfig:
+    """Rigid ICP."""
+
+    reach: float = 25.0
+    """Correspondences farther than this are pruned, mm."""
+    enough: float = 3.0
+    """ICP ends when the mean distance of what is left is below this, mm. One step at least is made."""
+    iterations: int = 12
+    """After so many steps above `enough` the head is lost."""
+    agree: float = 0.3
+    """Least cosine between the model's and the depth's normal, and of the model's to the line of sight."""
+    soft: float = 6.0
+    """Residuals much above this lose weight, mm: what moves by itself does not turn the head. Large = plain."""
+    step: int = 2
+    """Pixels over which a depth normal is measured."""
+    least: float = 0.25
+    """The head is lost when less than this share of the front's area corresponds."""
+
+
+@dataclass(frozen=True)
+class RigidResult:
+    """Where the head is."""
+
+    T_camera_face: Transform
+    error: float
+    """Mean point-to-plane distance of what was not pruned, mm, before the last step."""
+    covered: float
+    """Share of the front's area that corresponds, 0..1."""
+    converged: bool
+    iterations: int
+
+
+@dataclass(frozen=True)
+class Correspondences:
+    """The front's vertices in camera space and the depth points that they fall on."""
+
+    points: Float32[np.ndarray, "f 3"]
+    """The vertices, mm."""
+    found: Float32[np.ndarray, "f 3"]
+    """p: the depth pixel's points, mm."""
+    plane: Float32[np.ndarray, "f 3"]
+    """n: unit normals of the depth there."""
+    weight: Float32[np.ndarray, " f"]
+    """Cosine between the plane and the line of sight; 0 = pruned."""
+
+
+def correspond(
+    vertices: Float32[np.ndarray, "f 3"],
+    faces: Int[np.ndarray, "m 3"],
+    T_camera_face: Transform,
+    sighting: Sighting,
+    config: RigidConfig,
+) -> Correspondences:
+    """Project the front's vertices (face space, mm) into the depth image and prune."""
+    points = track.place(vertices, T_camera_face.rotation, T_camera_face.translation)
+    normals = track.vertex_normals(points, faces)
+    found = icp.correspond(
+        points, normals, sighting.depth, sighting.intrinsics, np.float32(config.reach), np.float32(config.agree),
+        config.step,
+    )  # fmt: skip
+    return Correspondences(points, *found)
+
+
+def align(
+    vertices: Float32[np.ndarray, "f 3"],
+    faces: Int[np.ndarray, "m 3"],
+    share: Float32[np.ndarray, " f"],
+    T_camera_face: Transform,
+    sighting: Sighting,
+    config: RigidConfig = RigidConfig(),
+) -> RigidResult:
+    """Move the model of the last frame, as it is, onto this frame's depth."""
+    error, covered, iteration = np.inf, 0.0, 0
+    for iteration in range(1, config.iterations + 1):
+        match = correspond(vertices, faces, T_camera_face, sighting, config)
+        covered = float(share[match.weight > 0].sum())
+        if covered < config.least:
+            break
+        centre = match.points.mean(0, dtype=np.float64)
+        A, b, error, _ = icp.rigid_system(
+            match.points, match.found, match.plane, match.weight * share, centre, config.soft
+        )
+        T_camera_face = moved(T_camera_face, np.linalg.solve(A + 1e-9 * np.trace(A) * np.eye(6), b), centre)
+        if error < config.enough:
+            break
+    converged = error < config.enough and covered >= config.least
+    return RigidResult(T_camera_face, error, covered, converged, iteration)
+
+
+def moved(
+    T_camera_face: Transform, motion: Float[np.ndarray, " 6"], centre: Float[np.ndarray, " 3"]
+) -> Transform:
+    """`T_camera_face` followed by a turn (radians) about `centre` (mm, camera space) and a shift (mm)."""
+    turn = rotation_from_vector(motion[:3])
+    shifted = turn @ (T_camera_face.translation - centre) + centre + motion[3:]
+    return Transform(turn @ T_camera_face.rotation, shifted)
