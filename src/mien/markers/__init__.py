@@ -1,0 +1,1 @@
+"""Marker takes (Huang 2011): stabilise, attach, solve; select, register, reconstruct."""

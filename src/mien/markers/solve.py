@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ..solve import box_least_squares_sequence
+from ..solve.smooth import smooth_box_least_squares
 from ..transforms import Transform, rotation_from_vector
 from .model import MarkerModel
 from .stabilise import hold
@@ -79,9 +79,8 @@ def solve_frames(
     for _ in range(config.rounds):
         r = np.nan_to_num(T.inverse().apply(positions) - model.rest)
         G, b = normal_equations(model.jacobian(), M, r, used)
-        x, converged = _inner(G, b, weights, used.sum(axis=1).mean(), rate, config)
-        weights = x[:, :-POSE]
-        T = T @ Transform(rotation_from_vector(x[:, -POSE:-3]), x[:, -3:])
+        weights, pose, converged = _inner(G, b, weights, used.sum(axis=1).mean(), rate, config)
+        T = T @ Transform(rotation_from_vector(pose[:, :3]), pose[:, 3:])
         residuals = np.linalg.norm(T.inverse().apply(positions) - model.points(weights), axis=2)
         used = seen & tracked[:, None] & ~_outliers(residuals, config)
     weights, T = weights[_held(tracked)], hold(T, tracked)
@@ -105,28 +104,35 @@ def normal_equations(
     return grams[which.ravel()], b
 
 
+def without_pose(
+    G: Float[np.ndarray, "frames columns columns"], b: Float[np.ndarray, "frames columns"]
+) -> tuple[Float[np.ndarray, "frames k k"], Float[np.ndarray, "frames k"], Float[np.ndarray, "frames 6 c"]]:
+    """The normal equations with the pose increment eliminated (Schur complement), and how to get it back.
+
+    The third array maps (1, -weights) to the pose increment that goes with them.
+    """
+    k = b.shape[1] - POSE
+    pose = G[:, k:, k:] + 1e-9 * np.trace(G[:, k:, k:], axis1=1, axis2=2)[:, None, None] * np.eye(POSE) + 1e-9 * np.eye(POSE)
+    back = np.linalg.solve(pose, np.concatenate([b[:, k:, None], G[:, k:, :k]], axis=2))
+    reduced = G[:, :k, :k] - G[:, :k, k:] @ back[:, :, 1:]
+    return reduced, b[:, :k] - (G[:, :k, k:] @ back[:, :, :1])[..., 0], back
+
+
 def _inner(G, b, weights, markers, rate, config):
-    """One box-constrained solve of the whole take."""
-    columns = b.shape[1]
-    shapes = columns - POSE
-    free = np.full(POSE, np.inf)
-    pose_first = np.zeros(POSE)
-
-    def per_column(price: float) -> np.ndarray:
-        return np.r_[np.full(shapes, markers * price), pose_first]
-
-    G = G + np.diag(per_column(config.ridge) + 1e-6)
-    start = None if weights is None else np.c_[weights, np.zeros((len(b), POSE))]
-    result = box_least_squares_sequence(
-        G,
+    """One box-constrained solve of the whole take: weights, the pose increments that go with them, convergence."""
+    G, b, back = without_pose(G, b)
+    k = b.shape[1]
+    result = smooth_box_least_squares(
+        G + markers * config.ridge * np.eye(k),
         b,
-        lower=np.r_[np.zeros(shapes), -free],
-        upper=np.r_[np.ones(shapes), free],
-        l1=per_column(config.sparsity),
-        smooth=per_column(config.smoothness * (rate / 30.0)),
-        warm=start,
+        lower=0.0,
+        upper=1.0,
+        l1=markers * config.sparsity,
+        mu=markers * config.smoothness * (rate / 30.0),
+        warm=weights,
     )
-    return result.values, bool(np.all(result.converged))
+    pose = back[:, :, 0] - np.einsum("tpk,tk->tp", back[:, :, 1:], result.values)
+    return result.values, pose, bool(np.all(result.converged))
 
 
 def _outliers(residuals: np.ndarray, config: SolveConfig) -> np.ndarray:

@@ -1,0 +1,151 @@
+"""Markers meet the face: from unnamed points to a person, an attachment and a figure for how sure that is."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from ..errors import BadInput
+from ..faces.bundled import BundledFace
+from ..mesh import Attachment, ClosestPoint, Mesh, submesh, vertex_normals
+from ..progress import SILENT, Progress
+from ..rig import Rig
+from ..transforms import Transform
+from .align import AlignConfig, align
+from .identity import IdentityConfig, IdentityFit, fit_identity
+from .model import marker_model
+from .slide import SlideConfig, slide
+from .solve import FrameSolve, SolveConfig, solve_frames
+
+
+@dataclass(frozen=True)
+class AttachConfig:
+    """How the markers are laid on the face."""
+
+    align: AlignConfig = AlignConfig()
+    identity: IdentityConfig = IdentityConfig()
+    slide: SlideConfig = SlideConfig()
+    trial: SolveConfig = field(default_factory=lambda: SolveConfig(rounds=2, smoothness=0.0, outlier=np.inf))
+    """The short solve by which alignments are told apart."""
+    trial_frames: int = 120
+    """Frames of the take that each alignment must explain."""
+    rounds: int = 3
+    """Rounds of: attachments from the motion, identity from the attachments."""
+
+
+@dataclass(frozen=True)
+class Attached:
+    """Markers on a person."""
+
+    rig: Rig
+    """The person, with expression shapes."""
+    attachment: Attachment
+    """On the rig's neutral mesh."""
+    standoff: Float[np.ndarray, " markers"]
+    """Distance of each marker's centre from the skin, mm."""
+    T_face_head: Transform
+    """Rigid: the take's head frame -> face space."""
+    rest: Float[np.ndarray, "markers 3"]
+    """The calm frame's markers in face space, mm: where they are when all weights are 0."""
+    sureness: float
+    """0..1: 1 - (residual of this alignment / residual of the best different one); 0 is a coin's toss."""
+    runner_up_mm: float
+    """Residual of that other alignment, mm; inf where none was found."""
+    residual_mm: float
+    """rms residual of this one on the trial frames, mm."""
+
+
+def attach(
+    positions: Float[np.ndarray, "frames markers 3"],
+    calm: int,
+    face: BundledFace,
+    metric: Float[np.ndarray, "3 3"] | None = None,
+    config: AttachConfig = AttachConfig(),
+    progress: Progress = SILENT,
+) -> Attached:
+    """Lay a stabilised take (head frame, mm, NaN = gap) on the bundled face with no hint of names or places.
+
+    Geometry proposes, motion decides: alignments of the calm frame with the face's surface are ranked by how well
+    the person's shapes then explain the take. The best one is refined by sliding markers to where the surface moves
+    as they do.
+
+    Raises:
+        BadInput: no alignment brings the markers near a face.
+    """
+    region = np.flatnonzero((face.regions["face"] > 0.5)[face.rig.neutral.faces].all(axis=1))
+    cloud = _cloud(positions, calm)
+    surface = ClosestPoint(submesh(_lifted(face.rig.neutral, config.identity.standoff_mm), region)[0])
+    candidates = align(cloud, surface, config.align)
+    if not candidates:
+        raise BadInput("no alignment brings the markers near a face")
+    frames = np.linspace(0, len(positions) - 1, min(config.trial_frames, len(positions))).astype(int)
+    trials = []
+    for number, candidate in enumerate(candidates):
+        trials.append(_try(positions[frames], cloud, face, region, candidate.T_face_head, metric, config))
+        progress.update("trying alignments", number + 1, len(candidates))
+    trials.sort(key=lambda trial: trial[0])
+    cost, other = trials[0][0], _runner_up(trials, cloud, config.align.distinct_mm)
+    fit, solved = _refine(positions[frames], cloud, face, region, trials[0], metric, config, progress)
+    standoff = np.full(positions.shape[1], fit.standoff_mm)
+    sureness = 1.0 if np.isinf(other) else 1 - cost / other
+    residual = float(np.sqrt(np.nanmean(solved.residuals**2)))
+    return Attached(
+        rig=face.person(fit.coefficients),
+        attachment=fit.attachment,
+        standoff=standoff,
+        T_face_head=fit.T_face_head,
+        rest=fit.T_face_head.apply(cloud),
+        sureness=float(sureness),
+        runner_up_mm=other,
+        residual_mm=residual,
+    )
+
+
+def _try(positions, cloud, face, region, T_face_head, metric, config) -> tuple[float, IdentityFit, FrameSolve]:
+    """Fit the person under one alignment and see how much of the take the shapes explain.
+
+    The cost is the rms of what is left, of the calm frame's shape and of the motion together, mm.
+    """
+    fit = fit_identity(cloud, face, region, T_face_head, config=config.identity)
+    solved = _solve(positions, cloud, face.rig, fit, metric, config.trial)
+    squared = np.nanmean(solved.residuals**2) + np.mean(fit.residuals**2)
+    return float(np.sqrt(squared)), fit, solved
+
+
+def _runner_up(trials: list, cloud: np.ndarray, distinct_mm: float) -> float:
+    """Residual of the best trial that lays the markers elsewhere than the first does, mm."""
+    places = [fit.T_face_head.apply(cloud) for _, fit, _ in trials]
+    apart = [np.linalg.norm(place - places[0], axis=1).mean() for place in places]
+    return min((cost for (cost, _, _), far in zip(trials, apart, strict=True) if far > distinct_mm), default=np.inf)
+
+
+def _refine(positions, cloud, face, region, trial, metric, config, progress) -> tuple[IdentityFit, FrameSolve]:
+    """Slide the markers to where the skin moves as they do, then refit the person to the new places."""
+    _, fit, solved = trial
+    for number in range(config.rounds):
+        rig = face.person(fit.coefficients)
+        targets = solved.T_world_face.inverse().apply(positions)
+        held = slide(rig, fit, region, solved.weights, targets, solved.used, fit.T_face_head.apply(cloud), config.slide)
+        firm = replace(config.identity, slide_mm=(2.0, 2.0), rounds=4)
+        fit = fit_identity(cloud, face, region, fit.T_face_head, held, fit.coefficients, config=firm)
+        solved = _solve(positions, cloud, face.person(fit.coefficients), fit, metric, config.trial)
+        progress.update("placing the markers", number + 1, config.rounds)
+    return fit, solved
+
+
+def _solve(positions, cloud, rig, fit, metric, config) -> FrameSolve:
+    """Solve the trial frames with the calm frame's own markers at rest: what identity misses is no expression."""
+    model = marker_model(rig, fit.attachment, np.full(positions.shape[1], fit.standoff_mm))
+    model = replace(model, rest=fit.T_face_head.apply(cloud))
+    back = fit.T_face_head.inverse()
+    T = Transform(np.repeat(back.rotation[None], len(positions), 0), np.repeat(back.translation[None], len(positions), 0))
+    return solve_frames(model, positions, T, 30.0, metric, config)
+
+
+def _cloud(positions: np.ndarray, calm: int) -> np.ndarray:
+    """The calm frame, what it misses taken from the take's median."""
+    return np.where(np.isfinite(positions[calm]), positions[calm], np.nanmedian(positions, axis=0))
+
+
+def _lifted(mesh: Mesh, distance: float) -> Mesh:
+    return mesh.with_vertices(mesh.vertices + distance * vertex_normals(mesh.vertices, mesh.faces))

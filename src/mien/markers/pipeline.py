@@ -1,0 +1,109 @@
+"""A marker take becomes an animated face."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from ..clip import Markers
+from ..faces.bundled import BundledFace
+from ..progress import SILENT, Progress
+from ..rig import Performance, Rig
+from ..transforms import Transform
+from .adapt import AdaptConfig, adapt_rig, bend_neutral, shape_corrections
+from .attach import AttachConfig, Attached, attach
+from .depth import DepthConfig, depth_metric
+from .gaps import GapConfig, fill_gaps
+from .model import marker_model
+from .solve import FrameSolve, SolveConfig, solve_frames
+from .stabilise import StabiliseConfig, calm_frame, stabilise
+from .world import upright
+
+
+@dataclass(frozen=True)
+class TakeConfig:
+    """Everything that `mien solve` may be told."""
+
+    stabilise: StabiliseConfig = StabiliseConfig()
+    gaps: GapConfig = GapConfig()
+    depth: DepthConfig = DepthConfig()
+    attach: AttachConfig = AttachConfig()
+    solve: SolveConfig = SolveConfig()
+    adapt: AdaptConfig = AdaptConfig()
+    adapt_rounds: int = 3
+    """Rounds of solving and bending the shapes to the performer; 0 keeps the bundled face's own shapes."""
+
+
+@dataclass(frozen=True)
+class TakeSolve:
+    """An animated face and what is known of how good it is."""
+
+    performance: Performance
+    attached: Attached
+    """Where the markers sit, on the performance's rig."""
+    residuals: Float[np.ndarray, "frames markers"]
+    """Distance from every marker to the model, mm; NaN where it was not seen."""
+    used: Bool[np.ndarray, "frames markers"]
+    """Samples that counted."""
+    calm: int
+    """The frame taken as resting."""
+    depth_known: bool
+    """False where the take's depth is no measurement (tracked with one camera)."""
+
+
+def solve_take(
+    markers: Markers, face: BundledFace, config: TakeConfig = TakeConfig(), progress: Progress = SILENT
+) -> TakeSolve:
+    """Markers alone -> a person, their rig bent to them, weights and head pose for every frame.
+
+    The steps: take the head's motion out; fill short gaps; pick a calm frame; lay the markers on the face; solve all
+    frames; bend the shapes to the performer and solve again.
+    """
+    stabilised = stabilise(markers, config.stabilise)
+    positions = fill_gaps(stabilised.markers.positions, markers.rate, config.gaps)
+    calm = calm_frame(positions)
+    depth = depth_metric(markers.positions, config.depth)
+    attached = attach(positions, calm, face, depth.metric, config.attach, progress)
+    T_head_face = attached.T_face_head.inverse()
+    T_world_face = stabilised.T_world_head @ Transform(
+        np.broadcast_to(T_head_face.rotation, (len(positions), 3, 3)),
+        np.broadcast_to(T_head_face.translation, (len(positions), 3)),
+    )
+    lab = stabilised.T_world_head.apply(positions)
+    metric = depth.in_face_space(T_world_face)
+    attached, solved = _solve_and_adapt(lab, T_world_face, markers.rate, attached, face, metric, config, progress)
+    performance = Performance(
+        rig=attached.rig,
+        weights=solved.weights,
+        T_world_face=upright(solved.T_world_face),
+        rate=markers.rate,
+        tracked=solved.tracked,
+    )
+    return TakeSolve(performance, attached, solved.residuals, solved.used, calm, depth.known)
+
+
+def _solve_and_adapt(
+    lab, T_world_face, rate, attached: Attached, face: BundledFace, metric, config: TakeConfig, progress: Progress
+) -> tuple[Attached, FrameSolve]:
+    """Solve every frame, bend the shapes by what is left, and again."""
+    rounds = config.adapt_rounds
+    attached = replace(attached, rig=_settled(attached, face.parts["skin"], config.adapt))
+    for number in range(rounds + 1):
+        model = marker_model(attached.rig, attached.attachment, attached.standoff)
+        solved = solve_frames(model, lab, T_world_face, rate, metric, config.solve)
+        progress.update("solving frames", number + 1, rounds + 1)
+        if number == rounds:
+            break
+        T_world_face = solved.T_world_face
+        targets = T_world_face.inverse().apply(lab)
+        used = solved.used & solved.tracked[:, None]
+        neutral, shapes = shape_corrections(model, solved.weights, targets, used, rate, config.adapt)
+        rig = adapt_rig(attached.rig, attached.attachment, neutral, shapes, face.parts["skin"], config.adapt)
+        attached = replace(attached, rig=rig)
+    return attached, solved
+
+
+def _settled(attached: Attached, skin: np.ndarray, config: AdaptConfig) -> Rig:
+    """The person with the calm frame's markers met by the neutral face, so that no expression has to."""
+    model = marker_model(attached.rig, attached.attachment, attached.standoff)
+    return bend_neutral(attached.rig, attached.attachment, attached.rest - model.rest, skin, config)
