@@ -1,5 +1,7 @@
 """What a picture needs at every sample: attributes carried from corners, texture, light. Compiled, one row a sample."""
 
+from typing import no_type_check
+
 import numpy as np
 from numba import njit
 
@@ -94,6 +96,7 @@ def resolve(lit, pixels, backdrop, encode, supersample):
     return over, count, alone
 
 
+@no_type_check
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
 def _interpolate(values, corners, weights, first, last, out):
     for s in range(first, last):
@@ -103,6 +106,7 @@ def _interpolate(values, corners, weights, first, last, out):
             out[s, c] = a * values[i, c] + b * values[j, c] + g * values[k, c]
 
 
+@no_type_check
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
 def _bilinear(texture, curve, uv, first, last, out):
     height, width, _ = texture.shape
@@ -119,50 +123,60 @@ def _bilinear(texture, curve, uv, first, last, out):
             out[s, c] = (1 - fy) * above + fy * below
 
 
+@no_type_check
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+def _unit(x, y, z):
+    length = np.sqrt(x * x + y * y + z * z) + 1e-12
+    return x / length, y / length, z / length
+
+
+@no_type_check
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+def _gloss(n, v, l, f0, roughness):
+    """Mirrored share of a lamp in direction l, GGX with Kelemen's visibility, times pi."""
+    h = _unit(l[0] + v[0], l[1] + v[1], l[2] + v[2])
+    cosine = n[0] * l[0] + n[1] * l[1] + n[2] * l[2]
+    nh = n[0] * h[0] + n[1] * h[1] + n[2] * h[2]
+    lh = l[0] * h[0] + l[1] * h[1] + l[2] * h[2]
+    if cosine <= 0 or nh <= 0:
+        return 0.0
+    square = roughness**4
+    d = nh * nh * (square - 1) + 1
+    fresnel = f0 + (1 - f0) * (1 - lh) ** 5
+    return cosine * fresnel * square / (d * d * 4 * max(lh * lh, 0.1) * (roughness + 0.5))
+
+
+@no_type_check
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
 def _light(normals, points, albedo, open_sky, shadow, lamps, ambient, skin, first, last, out):
-    f0, alpha = skin[3], skin[4] * skin[4]
+    f0, roughness = skin[3], skin[4]
     for s in range(first, last):
-        nx, ny, nz = normals[s, 0], normals[s, 1], normals[s, 2]
-        length = np.sqrt(nx * nx + ny * ny + nz * nz) + 1e-12
-        nx, ny, nz = nx / length, ny / length, nz / length
-        vx, vy, vz = -points[s, 0], -points[s, 1], -points[s, 2]
-        length = np.sqrt(vx * vx + vy * vy + vz * vz)
-        vx, vy, vz = vx / length, vy / length, vz / length
-        facing = max(nx * vx + ny * vy + nz * vz, 0.0)
-        sky = 0.5 - 0.5 * ny
-        clear = open_sky[s]
-        sheen = (f0 + (1 - f0) * (1 - facing) ** 5) * 0.35 * clear * clear
+        n = _unit(normals[s, 0], normals[s, 1], normals[s, 2])
+        v = _unit(-points[s, 0], -points[s, 1], -points[s, 2])
+        facing = max(n[0] * v[0] + n[1] * v[1] + n[2] * v[2], 0.0)
+        sky, clear = 0.5 - 0.5 * n[1], open_sky[s]
+        # rough dark hair has little of the sheen that smooth skin has at a grazing angle
+        smooth = min(4 * (albedo[s, 0] + albedo[s, 1] + albedo[s, 2]) / 3, 1.0)
+        sheen = (f0 + (1 - f0) * (1 - facing) ** 5) * 0.35 * clear * clear * smooth
         for c in range(3):
             around = sky * ambient[0, c] + (1 - sky) * ambient[1, c]
             # light that bounces between bright walls of a fold before it comes out
-            bounced = clear / (1 - albedo[s, c] * (1 - clear) * 0.8)
-            out[s, c] = around * (albedo[s, c] * bounced + sheen)
+            out[s, c] = around * (albedo[s, c] * clear / (1 - albedo[s, c] * (1 - clear) * 0.8) + sheen)
         for lamp in range(len(lamps)):
-            lx, ly, lz = lamps[lamp, 0], lamps[lamp, 1], lamps[lamp, 2]
-            cosine = nx * lx + ny * ly + nz * lz
-            through = 0.4 * clear + 0.6 * clear * clear
+            l = (lamps[lamp, 0], lamps[lamp, 1], lamps[lamp, 2])
+            cosine = n[0] * l[0] + n[1] * l[1] + n[2] * l[2]
+            through, polish = 0.4 * clear + 0.6 * clear * clear, smooth
             if lamp == 0:
                 # past the terminator the lamp's shadow says nothing: there the open sky decides
                 fade = min(max(cosine / 0.25, 0.0), 1.0)
                 fade = fade * fade * (3 - 2 * fade)
-                through = fade * shadow[s] + (1 - fade) * clear * clear
-            hx, hy, hz = lx + vx, ly + vy, lz + vz
-            half = np.sqrt(hx * hx + hy * hy + hz * hz) + 1e-9
-            nh = (nx * hx + ny * hy + nz * hz) / half
-            lh = (lx * hx + ly * hy + lz * hz) / half
-            gloss = 0.0
-            if cosine > 0 and nh > 0:
-                d = nh * nh * (alpha * alpha - 1) + 1
-                fresnel = f0 + (1 - f0) * (1 - lh) ** 5
-                visible = 1 / (4 * max(lh * lh, 0.1) * (skin[4] + 0.5))
-                gloss = lamps[lamp, 6] * cosine * fresnel * visible * alpha * alpha / (d * d)
+                through, polish = fade * shadow[s] + (1 - fade) * clear * clear, 1.0
+            gloss = lamps[lamp, 6] * polish * clear * _gloss(n, v, l, f0, roughness)
             for c in range(3):
-                wrap = skin[c]
-                diffuse = max(cosine + wrap, 0.0) / ((1 + wrap) * (1 + wrap))
+                diffuse = max(cosine + skin[c], 0.0) / ((1 + skin[c]) * (1 + skin[c]))
                 # red light bleeds into the edge of a shadow first
-                arriving = through + 1.2 * wrap * through * (1 - through)
-                out[s, c] += lamps[lamp, 3 + c] * (arriving * diffuse * albedo[s, c] + through * clear * gloss)
+                arriving = through + 1.2 * skin[c] * through * (1 - through)
+                out[s, c] += lamps[lamp, 3 + c] * (arriving * diffuse * albedo[s, c] + through * gloss)
         for c in range(3):
             if out[s, c] > SHOULDER:
                 out[s, c] = 1 - (1 - SHOULDER) * np.exp((SHOULDER - out[s, c]) / (1 - SHOULDER))
@@ -195,6 +209,7 @@ def soft_shadow(points, normals, lamp, depth, pose, lens, threads=0):
     return out
 
 
+@no_type_check
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
 def _spline(t):
     """Cubic B-spline weights of the four texels round a place `t` past the second of them."""
@@ -202,41 +217,39 @@ def _spline(t):
     return r * r * r / 6, (3 * t * t * (t - 2) + 4) / 6, (3 * r * r * (r - 2) + 4) / 6, t * t * t / 6
 
 
+@no_type_check
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
 def _soft_shadow(points, normals, lamp, depth, pose, lens, first, last, out):
-    size = len(depth)
-    focal, centre, ramp = lens
+    size, focal, centre, ramp = len(depth), lens[0], lens[1], lens[2]
     for s in range(first, last):
-        nx, ny, nz = normals[s]
-        length = np.sqrt(nx * nx + ny * ny + nz * nz) + 1e-12
-        cosine = (nx * lamp[0] + ny * lamp[1] + nz * lamp[2]) / length
+        n = _unit(normals[s, 0], normals[s, 1], normals[s, 2])
+        cosine = n[0] * lamp[0] + n[1] * lamp[1] + n[2] * lamp[2]
         if cosine <= 0:
             out[s] = 0
             continue
-        px, py, pz = points[s]
-        x = pose[0, 0] * px + pose[0, 1] * py + pose[0, 2] * pz + pose[0, 3]
-        y = pose[1, 0] * px + pose[1, 1] * py + pose[1, 2] * pz + pose[1, 3]
-        z = pose[2, 0] * px + pose[2, 1] * py + pose[2, 2] * pz + pose[2, 3]
+        p = points[s]
+        x = pose[0, 0] * p[0] + pose[0, 1] * p[1] + pose[0, 2] * p[2] + pose[0, 3]
+        y = pose[1, 0] * p[0] + pose[1, 1] * p[1] + pose[1, 2] * p[2] + pose[1, 3]
+        z = pose[2, 0] * p[0] + pose[2, 1] * p[1] + pose[2, 2] * p[2] + pose[2, 3]
         # the tangent plane in the lamp's image: depth per texel, held back where it is nearly edge-on
         texel = z / focal
-        steep = texel / (max(cosine, 0.2) * length)
-        slope_u = steep * (pose[0, 0] * nx + pose[0, 1] * ny + pose[0, 2] * nz)
-        slope_v = steep * (pose[1, 0] * nx + pose[1, 1] * ny + pose[1, 2] * nz)
+        steep = texel / max(cosine, 0.2)
+        slope_u = steep * (pose[0, 0] * n[0] + pose[0, 1] * n[1] + pose[0, 2] * n[2])
+        slope_v = steep * (pose[1, 0] * n[0] + pose[1, 1] * n[1] + pose[1, 2] * n[2])
         u = min(max(focal * x / z + centre, 1.0), size - 2.001)
         v = min(max(focal * y / z + centre, 1.0), size - 2.001)
         i, j = int(u), int(v)
         across, down = _spline(u - i), _spline(v - j)
         total = 0.0
         for b in range(4):
-            row = 0.0
             for a in range(4):
                 plane = z + slope_u * (i - 1 + a - u) + slope_v * (j - 1 + b - v)
                 gap = plane - depth[j - 1 + b, i - 1 + a] - 0.5 * texel
-                row += across[a] * min(max(1 - gap / ramp, 0.0), 1.0)
-            total += down[b] * row
+                total += down[b] * across[a] * min(max(1 - gap / ramp, 0.0), 1.0)
         out[s] = total
 
 
+@no_type_check
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
 def _gather(lit, pixels, supersample, share, sums, count):
     wide = count.shape[1] * supersample
@@ -247,6 +260,7 @@ def _gather(lit, pixels, supersample, share, sums, count):
             sums[v, u, c] += share * lit[s, c]
 
 
+@no_type_check
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
 def _level(linear, encode):
     place = np.sqrt(min(max(linear, 0.0), 1.0)) * (len(encode) - 1)
@@ -254,6 +268,7 @@ def _level(linear, encode):
     return int(encode[below] + (place - below) * (encode[below + 1] - encode[below]) + 0.5)
 
 
+@no_type_check
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
 def _encode(sums, count, backdrop, encode, over, alone):
     height, width = count.shape

@@ -1,5 +1,7 @@
 """Visibility through a pinhole camera: the nearest triangle on the ray of every pixel, compiled."""
 
+from typing import no_type_check
+
 import numpy as np
 from numba import njit
 
@@ -47,6 +49,7 @@ def _prepared(points, faces, intrinsics, height, width):
     return points, faces, (np.arange(width) - cx) / fx, (np.arange(height) - cy) / fy
 
 
+@no_type_check
 @njit(cache=True, nogil=True, error_model="numpy")
 def _boxes(points, faces, fx, fy, cx, cy, width, height):
     """Pixel ranges left, right, top, bottom (inclusive) that can see each triangle; left > right where none can."""
@@ -69,6 +72,7 @@ def _boxes(points, faces, fx, fy, cx, cy, width, height):
     return box
 
 
+@no_type_check
 @njit(cache=True, nogil=True, error_model="numpy")
 def _edges(points, faces, f):
     """Rows of det M times M^-1 for M = [a b c], and det M. On a ray d through the triangle t d = M beta, so
@@ -82,6 +86,7 @@ def _edges(points, faces, f):
     return e0, e1, e2, ax * e0[0] + ay * e0[1] + az * e0[2]
 
 
+@no_type_check
 @njit(cache=True, nogil=True, error_model="numpy")
 def _fill(points, faces, box, dx, dy, first, last, face_image, nearness):
     """Faces and 1/z of the rows first..last-1."""
@@ -110,6 +115,7 @@ def _fill(points, faces, box, dx, dy, first, last, face_image, nearness):
                         face_image[v, u] = f
 
 
+@no_type_check
 @njit(cache=True, nogil=True, error_model="numpy")
 def _weigh(points, faces, dx, dy, flat, pixels, first, last, weights):
     """Barycentric coordinates of pixels first..last-1."""

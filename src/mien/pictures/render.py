@@ -1,6 +1,7 @@
 """Pictures of faces: shaded, textured or as heat maps. No display, no GPU, no noise."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Float, Int, UInt8
@@ -59,8 +60,8 @@ class Look:
     """Fixed rays over the sphere for ambient occlusion, a vertex; 0 switches it off."""
     softness: float = 1.5
     """Half the width of the key's shadow edges, mm; 0 switches shadows off."""
-    background: tuple[tuple[float, float, float], ...] = ((0.27, 0.28, 0.30), (0.14, 0.145, 0.16))
-    """Top and bottom of the background, sRGB."""
+    background: tuple[tuple[float, float, float], ...] = ((0.36, 0.37, 0.39), (0.15, 0.155, 0.165))
+    """The middle and the corners of the background, sRGB."""
     alpha: bool = False
     """Leave the background out: RGBA, straight alpha."""
     colormap: str = "heat"
@@ -208,11 +209,20 @@ def _seen_from_behind(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 def _resolved(lit: np.ndarray, samples: _Samples, camera: Camera, look: Look) -> UInt8[np.ndarray, "h w c"]:
     """Samples -> pixels over the background."""
-    ramp = np.linspace(0, 1, camera.height)[:, None, None]
-    top, bottom = to_linear(np.array(look.background))
-    backdrop = np.broadcast_to((1 - ramp) * top + ramp * bottom, (camera.height, camera.width, 3))
+    backdrop = _backdrop(camera.width, camera.height, look.background)
     over, covered, alone = resolve(lit, samples.pixels, backdrop, LEVEL_OF_ROOT, look.supersample)
     return np.concatenate([alone, to_bytes(covered)[..., None]], 2) if look.alpha else over
+
+
+@lru_cache(maxsize=8)
+def _backdrop(width: int, height: int, background: tuple) -> Float[np.ndarray, "h w 3"]:
+    """A soft round glow, linear light; ordered dither keeps its steps from showing as rings."""
+    x, y = np.linspace(-1, 1, width), np.linspace(-1, 1, height)[:, None]
+    out = np.clip((x * x + y * y) / 2, 0, 1)[..., None] ** 0.75
+    middle, corners = np.array(background)
+    bayer = np.array([[0, 8, 2, 10], [12, 4, 14, 6], [3, 11, 1, 9], [15, 7, 13, 5]]) / 16 - 15 / 32
+    dither = np.tile(bayer, (height // 4 + 1, width // 4 + 1))[:height, :width, None] / 255
+    return to_linear(np.clip((1 - out) * middle + out * corners + dither, 0, 1)).astype(np.float32)
 
 
 def _unit(direction: tuple[float, float, float]) -> np.ndarray:

@@ -1,0 +1,99 @@
+"""`shade` in numpy, function by function."""
+
+import numpy as np
+from scipy.ndimage import map_coordinates
+
+from .shade import SHOULDER
+
+
+def interpolate(values, corners, weights):
+    """As `mien._kernels.shade.interpolate`."""
+    return np.einsum("sc,scd->sd", weights, values[corners]).astype(np.float32)
+
+
+def bilinear(texture, curve, uv):
+    """As `mien._kernels.shade.bilinear`."""
+    height, width, _ = texture.shape
+    places = np.stack([(1 - uv[:, 1].astype(float)) * height - 0.5, uv[:, 0].astype(float) * width - 0.5])
+    linear = curve[texture].astype(float)
+    channels = [map_coordinates(linear[..., c], places, order=1, mode="grid-wrap") for c in range(3)]
+    return np.stack(channels, 1).astype(np.float32)
+
+
+def light(normals, points, albedo, open_sky, shadow, lamps, ambient, skin):
+    """As `mien._kernels.shade.light`."""
+    n, v, clear = _unit(normals), _unit(-points), open_sky[:, None]
+    wrap, f0, roughness = skin[:3], skin[3], skin[4]
+    facing = np.maximum((n * v).sum(1), 0)[:, None]
+    sky = 0.5 - 0.5 * n[:, 1:2]
+    smooth = np.minimum(4 * albedo.mean(1, keepdims=True), 1)
+    sheen = (f0 + (1 - f0) * (1 - facing) ** 5) * 0.35 * clear**2 * smooth
+    around = sky * ambient[0] + (1 - sky) * ambient[1]
+    out = around * (albedo * clear / (1 - albedo * (1 - clear) * 0.8) + sheen)
+    for index, lamp in enumerate(lamps):
+        cosine = (n @ lamp[:3])[:, None]
+        through, polish = 0.4 * clear + 0.6 * clear**2, smooth
+        if index == 0:
+            fade = np.clip(cosine / 0.25, 0, 1)
+            fade = fade**2 * (3 - 2 * fade)
+            through, polish = fade * shadow[:, None] + (1 - fade) * clear**2, 1.0
+        gloss = lamp[6] * polish * clear * _gloss(n, v, lamp[:3], f0, roughness)[:, None]
+        diffuse = np.maximum(cosine + wrap, 0) / (1 + wrap) ** 2
+        arriving = through + 1.2 * wrap * through * (1 - through)
+        out = out + lamp[3:6] * (arriving * diffuse * albedo + through * gloss)
+    bent = 1 - (1 - SHOULDER) * np.exp(np.minimum(SHOULDER - out, 0) / (1 - SHOULDER))
+    return np.where(out > SHOULDER, bent, out).astype(np.float32)
+
+
+def soft_shadow(points, normals, lamp, depth, pose, lens):
+    """As `mien._kernels.shade.soft_shadow`."""
+    focal, centre, ramp = lens
+    n, size = _unit(normals), len(depth)
+    cosine = n @ lamp
+    x, y, z = pose[:, :3] @ points.T.astype(float) + pose[:, 3:]
+    texel = z / focal
+    slope_u, slope_v, _ = texel / np.maximum(cosine, 0.2) * (pose[:, :3] @ n.T)
+    u, v = (np.clip(focal * w / z + centre, 1, size - 2.001) for w in (x, y))
+    i, j = u.astype(int), v.astype(int)
+    total = np.zeros(len(points))
+    for b, down in enumerate(_spline(v - j)):
+        for a, across in enumerate(_spline(u - i)):
+            plane = z + slope_u * (i - 1 + a - u) + slope_v * (j - 1 + b - v)
+            gap = plane - depth[j - 1 + b, i - 1 + a] - 0.5 * texel
+            total += down * across * np.clip(1 - gap / ramp, 0, 1)
+    return np.where(cosine > 0, total, 0).astype(np.float32)
+
+
+def resolve(lit, pixels, backdrop, encode, supersample):
+    """As `mien._kernels.shade.resolve`."""
+    height, width, _ = backdrop.shape
+    grid = np.zeros((height * supersample * width * supersample, 4))
+    grid[pixels] = np.column_stack([lit, np.ones(len(lit))])
+    mean = grid.reshape(height, supersample, width, supersample, 4).mean((1, 3))
+    color, count = mean[..., :3], mean[..., 3:]
+    alone = np.where(count > 0, color / np.where(count > 0, count, 1), 0)
+    return _levels(color + (1 - count) * backdrop, encode), count[..., 0], _levels(alone, encode)
+
+
+def _levels(linear, encode):
+    place = np.sqrt(np.clip(linear, 0, 1)) * (len(encode) - 1)
+    return (np.interp(place, np.arange(len(encode)), encode) + 0.5).astype(np.uint8)
+
+
+def _spline(t):
+    r = 1 - t
+    return r**3 / 6, (3 * t * t * (t - 2) + 4) / 6, (3 * r * r * (r - 2) + 4) / 6, t**3 / 6
+
+
+def _gloss(n, v, lamp, f0, roughness):
+    h = _unit(lamp + v)
+    cosine, nh, lh = n @ lamp, (n * h).sum(1), h @ lamp
+    d = nh**2 * (roughness**4 - 1) + 1
+    fresnel = f0 + (1 - f0) * (1 - lh) ** 5
+    gloss = cosine * fresnel * roughness**4 / (d**2 * 4 * np.maximum(lh**2, 0.1) * (roughness + 0.5))
+    return np.where((cosine > 0) & (nh > 0), gloss, 0)
+
+
+def _unit(vectors):
+    vectors = vectors.astype(float)
+    return vectors / (np.linalg.norm(vectors, axis=1, keepdims=True) + 1e-12)
