@@ -37,9 +37,9 @@ def test_a_straight_line_is_followed_exactly():
 
 
 def test_noise_falls_and_more_so_the_calmer_the_process():
-    noise = CONFIG.measurement * np.random.default_rng(0).normal(size=(3000, 4))
+    noise = CONFIG.measurement * np.random.default_rng(0).normal(size=(400, 40))
     left = [
-        np.std([s.values for s in run(noise, config=KalmanConfig(process=p))][50:]) / CONFIG.measurement
+        np.std([s.values for s in run(noise, config=KalmanConfig(process=p))][100:]) / CONFIG.measurement
         for p in (0.05, 0.005, 0.0005)
     ]
     assert 1 > left[0] > left[1] > left[2]

@@ -4,10 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float, Float32
-from scipy.linalg import cholesky, solve_triangular
+
+from .._kernels.mix import combine, products
 
 RIDGE = 1e-10
 """Keeps the small systems solvable where samples depend on one another; relative to their trace."""
+
+DEPENDENT = 1e-6
+"""Directions whose variance is below this part of the largest cannot be told from the rounding of float32."""
 
 
 @dataclass(frozen=True)
@@ -46,12 +50,12 @@ class IncrementalPca:
         self._samples = np.zeros((config.buffer, length), dtype=np.float32)
         self._gram = np.zeros((config.buffer, config.buffer))
         self._mix = np.zeros((config.buffer, config.components))
-        self._basis = np.zeros((length, 0), dtype=np.float32)
+        self._rows = np.zeros((0, length), dtype=np.float32)
 
     @property
     def basis(self) -> Float32[np.ndarray, "n k"]:
-        """Orthonormal columns; none before K samples have come."""
-        return self._basis
+        """Orthonormal columns; none before K samples have come, and columns of 0 while these hold fewer directions."""
+        return self._rows.T
 
     @property
     def gram(self) -> Float[np.ndarray, "s s"]:
@@ -84,14 +88,14 @@ class IncrementalPca:
     def _enter(self, sample):
         """Store the sample in the place of the oldest; M'S for the M before it and the S after it."""
         place = self.count % self.config.buffer
-        products = (self._samples[: self._held] @ sample).astype(np.float64)
-        mix = self._mix[: self._held]
-        projections = mix.T @ self._gram[: self._held, : max(self._held, place + 1)]
-        projections[:, place] = mix.T @ products
+        held, mix = self._held, self._mix[: self._held]
+        inner = products(self._samples[:held], sample)
+        projections = combine(self._gram[:held, : max(held, place + 1)], mix)
+        projections[:, place] = inner @ mix
         self._samples[place] = sample
         self.count += 1
-        self._gram[place, : len(products)] = self._gram[: len(products), place] = products
-        self._gram[place, place] = float(np.dot(sample, sample))
+        self._gram[place, :held] = self._gram[:held, place] = inner
+        self._gram[place, place] = products(sample[None], sample)[0]
         return projections
 
     def _expectations(self, projections):
@@ -99,24 +103,44 @@ class IncrementalPca:
         yield projections
         for _ in range(self.config.steps - 1):
             mix = self._mix[: self._held]
-            cross = mix.T @ self.gram
+            cross = combine(self.gram, mix)
             yield np.linalg.solve(_ridged(cross @ mix), cross)
 
     def _orthonormalise(self):
         """QR of M by Cholesky: first in the space of samples, then once on M itself for float32's sake."""
         mix = self._mix[: self._held]
-        triangle = cholesky(_ridged(mix.T @ self.gram @ mix), check_finite=False)
-        mix = solve_triangular(triangle, mix.T, trans=1, check_finite=False).T
-        basis = self._samples[: self._held].T @ mix.astype(np.float32)
-        again = cholesky(_ridged((basis.T @ basis).astype(np.float64)), check_finite=False)
-        self._mix[: self._held] = solve_triangular(again, mix.T, trans=1, check_finite=False).T
-        undo = solve_triangular(again, np.eye(len(again)), check_finite=False).astype(np.float32)
-        self._basis = basis @ undo
+        square = combine(self.gram, mix) @ mix
+        spread = np.linalg.eigvalsh(square)
+        if spread[0] <= DEPENDENT * spread[-1]:
+            self._reseed()
+            return
+        mix = mix @ _whitening(square)
+        rows = combine(self._samples[: self._held], _single(mix))
+        again = _whitening(np.array([products(rows, row) for row in rows]))
+        self._mix[: self._held] = mix @ again
+        self._rows = combine(rows, _single(again))
+
+    def _reseed(self):
+        """True PCA of the buffer, in place of EM, while it holds fewer than K directions; the rest are columns of 0."""
+        values, vectors = np.linalg.eigh(self.gram)
+        values, vectors = values[: -self.config.components - 1 : -1], vectors[:, : -self.config.components - 1 : -1]
+        there = values > DEPENDENT * max(values[0], 1e-300)
+        self._mix[: self._held] = np.where(there, vectors / np.sqrt(np.where(there, values, 1.0)), 0.0)
+        self._rows = combine(self._samples[: self._held], _single(self._mix[: self._held]))
 
 
 def _maximise(coefficients):
     """The M-step, A = Y'(YY')^-1 for M = SA."""
     return np.linalg.solve(_ridged(coefficients @ coefficients.T), coefficients).T
+
+
+def _whitening(square):
+    """R^-1 of M = QR, from M'M = R'R. By inverse: a triangular solve this small would wake a BLAS's threads."""
+    return np.linalg.inv(np.linalg.cholesky(square).T)
+
+
+def _single(matrix):
+    return np.ascontiguousarray(matrix, dtype=np.float32)
 
 
 def _ridged(matrix):
