@@ -1,7 +1,14 @@
 """Pictures, with no display and no GPU: rays, shading, colour maps, sheets, films, charts, reports."""
 
+from .colormap import colors_of
+from .occlusion import ambient_occlusion
+from .plot import bar_chart, box_chart, line_chart
 from .raycast import DepthImage, Hits, RayCaster, depth_image
 from .render import Lamp, Look, Renderer, render
+from .report import Report
+from .scale import scale_bar
+from .sheet import contact_sheet, hstack, label, with_scale
+from .video import read_image, write_mp4, write_png
 from .view import View, frontal_camera
 
 __all__ = [
@@ -11,8 +18,22 @@ __all__ = [
     "Look",
     "RayCaster",
     "Renderer",
+    "Report",
     "View",
+    "ambient_occlusion",
+    "bar_chart",
+    "box_chart",
+    "colors_of",
+    "contact_sheet",
     "depth_image",
     "frontal_camera",
+    "hstack",
+    "label",
+    "line_chart",
+    "read_image",
     "render",
+    "scale_bar",
+    "with_scale",
+    "write_mp4",
+    "write_png",
 ]
