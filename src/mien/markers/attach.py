@@ -16,6 +16,7 @@ from .identity import IdentityConfig, IdentityFit, fit_identity
 from .model import marker_model
 from .slide import SlideConfig, slide
 from .solve import FrameSolve, SolveConfig, solve_frames
+from .stabilise import calm_frames, mean_cloud
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,8 @@ class Attached:
     """Rigid: the take's head frame -> face space."""
     rest: Float[np.ndarray, "markers 3"]
     """The calm frame's markers in face space, mm: where they are when all weights are 0."""
+    calm: int
+    """The frame taken as resting."""
     sureness: float
     """0..1: 1 - (residual of this alignment / residual of the best different one); 0 is a coin's toss."""
     runner_up_mm: float
@@ -57,7 +60,6 @@ class Attached:
 
 def attach(
     positions: Float[np.ndarray, "frames markers 3"],
-    calm: int,
     face: BundledFace,
     metric: Float[np.ndarray, "3 3"] | None = None,
     config: AttachConfig = AttachConfig(),
@@ -73,7 +75,7 @@ def attach(
         BadInput: no alignment brings the markers near a face.
     """
     region = np.flatnonzero((face.regions["face"] > 0.5)[face.rig.neutral.faces].all(axis=1))
-    cloud = _cloud(positions, calm)
+    cloud = mean_cloud(positions, calm_frames(positions)[0])
     surface = ClosestPoint(submesh(_lifted(face.rig.neutral, config.identity.standoff_mm), region)[0])
     candidates = align(cloud, surface, config.align)
     if not candidates:
@@ -85,7 +87,11 @@ def attach(
         progress.update("trying alignments", number + 1, len(candidates))
     trials.sort(key=lambda trial: trial[0])
     cost, other = trials[0][0], _runner_up(trials, cloud, config.align.distinct_mm)
-    fit, solved = _refine(positions[frames], cloud, face, region, trials[0], metric, config, progress)
+    best = trials[0]
+    calm = resting_frame(positions, calm_frames(positions), frames, face, best[1], metric, config)
+    cloud = mean_cloud(positions, calm)
+    best = _try(positions[frames], cloud, face, region, best[1].T_face_head, metric, config)
+    fit, solved = _refine(positions[frames], cloud, face, region, best, metric, config, progress)
     standoff = np.full(positions.shape[1], fit.standoff_mm)
     sureness = 1.0 if np.isinf(other) else 1 - cost / other
     residual = float(np.sqrt(np.nanmean(solved.residuals**2)))
@@ -95,6 +101,7 @@ def attach(
         standoff=standoff,
         T_face_head=fit.T_face_head,
         rest=fit.T_face_head.apply(cloud),
+        calm=calm,
         sureness=float(sureness),
         runner_up_mm=other,
         residual_mm=residual,
@@ -110,6 +117,17 @@ def _try(positions, cloud, face, region, T_face_head, metric, config) -> tuple[f
     solved = _solve(positions, cloud, face.rig, fit, metric, config.trial)
     squared = np.nanmean(solved.residuals**2) + np.mean(fit.residuals**2)
     return float(np.sqrt(squared)), fit, solved
+
+
+def resting_frame(positions, calm: list[int], frames, face: BundledFace, fit: IdentityFit, metric, config) -> int:
+    """Of the frames in `calm` the one from which shapes that only ever add explain the take best."""
+    rig = face.person(fit.coefficients)
+    costs = []
+    for frame in calm:
+        solved = _solve(positions[frames], mean_cloud(positions, frame), rig, fit, metric, config.trial)
+        spent = 2 * config.trial.sparsity * solved.weights.sum(axis=1).mean()
+        costs.append(np.nanmean(solved.residuals**2) + spent)
+    return calm[int(np.argmin(costs))]
 
 
 def _runner_up(trials: list, cloud: np.ndarray, distinct_mm: float) -> float:
@@ -140,11 +158,6 @@ def _solve(positions, cloud, rig, fit, metric, config) -> FrameSolve:
     back = fit.T_face_head.inverse()
     T = Transform(np.repeat(back.rotation[None], len(positions), 0), np.repeat(back.translation[None], len(positions), 0))
     return solve_frames(model, positions, T, 30.0, metric, config)
-
-
-def _cloud(positions: np.ndarray, calm: int) -> np.ndarray:
-    """The calm frame, what it misses taken from the take's median."""
-    return np.where(np.isfinite(positions[calm]), positions[calm], np.nanmedian(positions, axis=0))
 
 
 def _lifted(mesh: Mesh, distance: float) -> Mesh:

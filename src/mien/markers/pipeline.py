@@ -16,7 +16,7 @@ from .depth import DepthConfig, depth_metric
 from .gaps import GapConfig, fill_gaps
 from .model import marker_model
 from .solve import FrameSolve, SolveConfig, solve_frames
-from .stabilise import StabiliseConfig, calm_frame, stabilise
+from .stabilise import StabiliseConfig, stabilise
 from .world import upright
 
 
@@ -41,12 +41,12 @@ class TakeSolve:
     performance: Performance
     attached: Attached
     """Where the markers sit, on the performance's rig."""
+    T_lab_face: Transform
+    """Head pose in the frame of the take's file; the performance's world has it turned to +Y up."""
     residuals: Float[np.ndarray, "frames markers"]
     """Distance from every marker to the model, mm; NaN where it was not seen."""
     used: Bool[np.ndarray, "frames markers"]
     """Samples that counted."""
-    calm: int
-    """The frame taken as resting."""
     depth_known: bool
     """False where the take's depth is no measurement (tracked with one camera)."""
 
@@ -56,14 +56,13 @@ def solve_take(
 ) -> TakeSolve:
     """Markers alone -> a person, their rig bent to them, weights and head pose for every frame.
 
-    The steps: take the head's motion out; fill short gaps; pick a calm frame; lay the markers on the face; solve all
+    The steps: take the head's motion out; fill short gaps; lay a calm frame's markers on the face; solve all
     frames; bend the shapes to the performer and solve again.
     """
     stabilised = stabilise(markers, config.stabilise)
     positions = fill_gaps(stabilised.markers.positions, markers.rate, config.gaps)
-    calm = calm_frame(positions)
     depth = depth_metric(markers.positions, config.depth)
-    attached = attach(positions, calm, face, depth.metric, config.attach, progress)
+    attached = attach(positions, face, depth.metric, config.attach, progress)
     T_head_face = attached.T_face_head.inverse()
     T_world_face = stabilised.T_world_head @ Transform(
         np.broadcast_to(T_head_face.rotation, (len(positions), 3, 3)),
@@ -79,7 +78,9 @@ def solve_take(
         rate=markers.rate,
         tracked=solved.tracked,
     )
-    return TakeSolve(performance, attached, solved.residuals, solved.used, calm, depth.known)
+    return TakeSolve(
+        performance, attached, solved.T_world_face, solved.residuals, solved.used, depth_known=depth.known
+    )
 
 
 def _solve_and_adapt(

@@ -70,19 +70,40 @@ def hold(T: Transform, tracked: np.ndarray) -> Transform:
     return T[source]
 
 
-def calm_frame(positions: Float[np.ndarray, "frames markers 3"]) -> int:
-    """The frame most like a resting face: nearest to all others, robustly, and moving least.
+def calm_frames(
+    positions: Float[np.ndarray, "frames markers 3"], share: float = 0.03, most: int = 5, distinct_mm: float = 0.7
+) -> list[int]:
+    """The frames that the take dwells at most, best first, each `distinct_mm` or more from the others in the mean.
 
-    `positions` are in the head frame, mm. A face spends most of its time near rest, so the frame with the least
-    median distance to a sample of all frames is a resting one, whatever the frames' order.
+    `positions` are in the head frame, mm. Nothing is held as still, as long and as often as a face at rest, so the
+    frame with `share` of all frames within the least distance comes first; held expressions follow.
     """
     seen = np.isfinite(positions).all(axis=2)
     complete = np.flatnonzero(seen.sum(axis=1) >= max(3, 0.9 * seen.sum(axis=1).max()))
-    sample = complete[np.linspace(0, len(complete) - 1, min(len(complete), 400)).astype(int)]
+    sample = complete[np.linspace(0, len(complete) - 1, min(len(complete), 1000)).astype(int)]
     X = np.where(seen[sample][..., None], positions[sample], _nanmedian(positions)).reshape(len(sample), -1)
+    X -= X.mean(axis=0)
     squared = (X**2).sum(axis=1)
-    distances = np.sqrt(np.maximum(squared[:, None] + squared - 2 * X @ X.T, 0))
-    return int(sample[np.argmin(np.median(distances, axis=1))])
+    distances = np.sqrt(np.maximum(squared[:, None] + squared - 2 * X @ X.T, 0) / positions.shape[1])
+    near = min(len(sample) - 1, max(3, round(share * len(sample))))
+    chosen: list[int] = []
+    for i in np.argsort(np.partition(distances, near, axis=1)[:, near], kind="stable"):
+        if len(chosen) < most and all(distances[i, j] > distinct_mm for j in chosen):
+            chosen.append(int(i))
+    return [int(sample[i]) for i in chosen]
+
+
+def mean_cloud(
+    positions: Float[np.ndarray, "frames markers 3"], frame: int, most: int = 15
+) -> Float[np.ndarray, "markers 3"]:
+    """The markers at `frame`, averaged over the frames most like it: less jitter, fewer gaps. Head frame, mm."""
+    reference = np.where(np.isfinite(positions[frame]), positions[frame], _nanmedian(positions))
+    apart = np.linalg.norm(np.nan_to_num(positions - reference), axis=2)
+    seen = np.isfinite(positions).all(axis=2)
+    distance = np.where(seen.any(axis=1), apart.sum(axis=1) / np.maximum(seen.sum(axis=1), 1), np.inf)
+    nearest = np.argsort(distance, kind="stable")[: max(1, min(most, len(positions) // 50))]
+    cloud = _nanmedian(positions[nearest])
+    return np.where(np.isfinite(cloud), cloud, reference)
 
 
 def _nanmedian(values: np.ndarray) -> np.ndarray:

@@ -1,0 +1,191 @@
+"""The fewest frames of a take from which all others can be mixed: the expressions to scan."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from .._kernels.select import LANES, restate, weigh
+from ..errors import BadInput
+from ..progress import SILENT, Progress
+
+BATCH = 2 * LANES
+"""Candidates weighed between two looks at the best so far."""
+
+ROUNDING = 1e-13
+"""Directions of the take with less than this share of its largest variance are rounding."""
+
+
+@dataclass(frozen=True)
+class SelectConfig:
+    """When to stop."""
+
+    tolerance: float = 0.003
+    """Mean marker error to reach, as a part of the diagonal of the box of all markers in all frames."""
+    max_frames: int = 50
+    """Stop here even if the tolerance is not met."""
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Frames to scan, in the order in which they were chosen."""
+
+    frames: Int[np.ndarray, " chosen"]
+    """Counted from 0."""
+    errors: Float[np.ndarray, " chosen"]
+    """Mean distance of a marker from its place, mm, with the first 1, 2, ... of the frames."""
+    tolerance: float
+    diagonal: float
+    """Millimetres: of the box of all markers in all frames."""
+    weights: Float[np.ndarray, "frames chosen"]
+    """Every frame of the take as a mix of the chosen ones; not negative."""
+    origin: Float[np.ndarray, "3"]
+    """The point about which the weights scale, mm: the mean of all markers in all frames."""
+
+    @property
+    def relative(self) -> Float[np.ndarray, " chosen"]:
+        """Errors as parts of the diagonal."""
+        return self.errors / self.diagonal
+
+    @property
+    def reached(self) -> bool:
+        """Whether the tolerance was met."""
+        return bool(self.relative[-1] < self.tolerance)
+
+
+def select_frames(
+    positions: Float[np.ndarray, "frames markers 3"],
+    config: SelectConfig = SelectConfig(),
+    progress: Progress = SILENT,
+) -> Selection:
+    """Choose frames greedily until all others are non-negative mixes of them (Huang et al. 2011, eq. 3, algorithm 1).
+
+    In every round the frame is added that leaves the least sum of squared residuals over all frames, each of them
+    solved exactly by non-negative least squares; all frames are candidates and none is left out but by proof. The stop
+    is the mean over frames and markers of the Euclidean distance, as a part of the diagonal.
+
+    Positions are absolute, as in the paper, so the weights of a frame come out near a sum of one without being told. How
+    near depends on the origin; it is put in the middle of all markers, so that neither the lab's nor the head's frame
+    has a say and a sum off one scales the face about its middle.
+
+    Candidates are pruned by a bound that holds whatever the active sets do. Let r be frame t's residual on the chosen
+    frames B, so that B'r <= 0 and r is orthogonal to B w; let n be the part of candidate c outside the span of B, and
+    g = c.r > 0. Then q = r - g/|n|^2 n has B'q = B'r <= 0 and c.q = 0: it is feasible for the dual of the enlarged
+    problem, max 2x.q - |q|^2, whose optimum is the new squared error. With x.r = |r|^2 and x.n = r.n = g, this value is
+    |r|^2 - g^2/|n|^2. Hence **c takes at most g^2/|n|^2 off frame t**, and nothing where g <= 0. Where only B's free
+    columns P meet the slope condition after the step, the same holds with n taken outside the span of P; where the
+    weights stay positive too, it is the exact gain.
+
+    Args:
+        positions: markers in the head's frame, mm, gaps filled.
+        progress: is told the frames chosen, of `max_frames`.
+
+    Raises:
+        BadInput: gaps are left, there are fewer than 2 frames or no markers, nothing moves, or the config asks for
+            nothing.
+    """
+    _check(positions, config)
+    frames = len(positions)
+    origin = positions.mean(axis=(0, 1))
+    X = (positions - origin).reshape(frames, -1)
+    diagonal = float(np.linalg.norm(np.ptp(positions.reshape(-1, 3), axis=0)))
+    Y = _compact(X)
+    chosen, errors, weights = [], [], np.zeros((frames, 0))
+    state = _restate(Y, chosen, weights)
+    while len(chosen) < min(config.max_frames, frames):
+        progress.update("selecting frames", len(chosen), config.max_frames)
+        chosen.append(_best_candidate(Y, chosen, state))
+        state = _restate(Y, chosen, np.pad(state.weights, ((0, 0), (0, 1))))
+        errors.append(float(np.linalg.norm((X - state.weights @ X[chosen]).reshape(positions.shape), axis=2).mean()))
+        if errors[-1] < config.tolerance * diagonal:
+            break
+    progress.update("selecting frames", len(chosen), len(chosen))
+    return Selection(np.array(chosen), np.array(errors), config.tolerance, diagonal, state.weights, origin)
+
+
+def _check(positions, config):
+    if positions.shape[0] < 2 or positions.shape[1] < 1:
+        raise BadInput(f"a take of {positions.shape[0]} frames and {positions.shape[1]} markers; 2 and 1 are needed")
+    if not np.isfinite(positions).all():
+        t, k = np.argwhere(~np.isfinite(positions).all(axis=2))[0]
+        raise BadInput(f"marker {k} is missing in frame {t}; fill the gaps or leave out the marker before selecting")
+    if not (config.tolerance > 0 and config.max_frames >= 1):
+        raise BadInput(
+            f"tolerance {config.tolerance} and max_frames {config.max_frames}: give a tolerance above 0 "
+            "and at least 1 frame"
+        )
+
+
+def _compact(X):
+    """The rows of X in as few coordinates as carry them: the same inner products."""
+    values, vectors = np.linalg.eigh(X.T @ X)
+    return np.ascontiguousarray(X @ vectors[:, values > ROUNDING * values[-1]])
+
+
+@dataclass(frozen=True)
+class _State:
+    """All frames solved on the chosen ones."""
+
+    gram: np.ndarray
+    linear: np.ndarray
+    weights: np.ndarray
+    slack: np.ndarray
+    free: np.ndarray
+    swept: np.ndarray
+    residuals: np.ndarray
+
+
+def _restate(Y, chosen, weights):
+    basis = Y[chosen]
+    gram, linear = basis @ basis.T, np.ascontiguousarray(Y @ basis.T)
+    weights, slack, free, swept = restate(gram, linear, np.ascontiguousarray(weights))
+    return _State(gram, linear, weights, slack, free, swept, Y - weights @ basis)
+
+
+def _best_candidate(Y, chosen, state):
+    """The frame whose addition leaves the least summed squared error; the earliest of equals."""
+    errors = np.einsum("td,td->t", state.residuals, state.residuals)
+    own = np.einsum("td,td->t", Y, Y)
+    apart = _apart(Y, chosen, own)
+    ceiling = np.einsum("td,td->t", Y @ (state.residuals.T @ state.residuals), Y)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ceiling = np.where(apart > 0, np.minimum(ceiling / apart, errors.sum()), errors.sum())
+    ceiling[chosen] = -1.0
+    candidates, order = np.argsort(-ceiling, kind="stable"), np.argsort(-errors, kind="stable")
+    best, found = 0.0, -1
+    for first in range(0, len(candidates), BATCH):
+        batch = candidates[first : first + BATCH]
+        batch = batch[ceiling[batch] >= best]
+        if not len(batch):
+            break
+        gains = _weigh(Y, batch, chosen, own, apart, order, errors, state, best)
+        top = gains.max()
+        if top >= best:
+            winner = int(batch[gains == top].min())
+            found = winner if top > best or found < 0 else min(found, winner)
+            best = top
+    return found
+
+
+def _weigh(Y, batch, chosen, own, apart, order, errors, state, best):
+    count = -(-len(batch) // LANES) * LANES
+    products = np.zeros((count, len(Y)))
+    products[: len(batch)] = Y[batch] @ state.residuals.T
+    heights = np.zeros((count, len(chosen)))
+    heights[: len(batch)] = state.linear[batch]
+    blocks = np.ascontiguousarray(heights.reshape(count // LANES, LANES, len(chosen)).transpose(0, 2, 1))
+    padded_own, padded_apart = np.ones(count), np.ones(count)
+    padded_own[: len(batch)], padded_apart[: len(batch)] = own[batch], apart[batch]
+    gains = weigh(
+        products, blocks, padded_own, padded_apart, order, errors,
+        state.linear, state.gram, state.weights, state.slack, state.free, state.swept, best,
+    )  # fmt: skip
+    return gains[: len(batch)]
+
+
+def _apart(Y, chosen, own):
+    """Squared length of every row outside the span of the chosen ones; 0 where it is rounding."""
+    basis = np.linalg.qr(Y[chosen].T)[0]
+    outside = Y - (Y @ basis) @ basis.T
+    squared = np.einsum("td,td->t", outside, outside)
+    return np.where(squared > 1e-11 * own, squared, 0.0)
