@@ -22,8 +22,9 @@ from ..rig import Performance, Rig
 from ..transforms import Transform, quaternions_from_rotations
 from .glb import ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER, Glb, GlbBuilder, damage_told, open_glb
 from .gltf_animation import face_motion, weight_animation
-from .gltf_mesh import MM, linear_from_srgb, png_bytes, read_surface, split_seams, vertex_count, weld
+from .gltf_mesh import MM, linear_from_srgb, png_bytes, read_surface, split_seams, vertex_count
 from .gltf_scene import chain_of, morph_mesh_node, rest_matrix
+from .polygons import weld
 
 _NOTHING_MM = 1e-6
 """Displacements below this are written as none: less than float32 can say about a position."""

@@ -34,16 +34,6 @@ def split_seams(
     return place[which].reshape(-1, 3), source, uv
 
 
-def weld(columns: Float[np.ndarray, "s width"]) -> Int[np.ndarray, " s"]:
-    """For each row its place once equal rows (in float32) are one, in first-met order."""
-    rows = np.ascontiguousarray(columns.astype(np.float32) + np.float32(0))
-    keys = rows.view(f"V{4 * rows.shape[1]}")[:, 0]
-    _, first, which = np.unique(keys, return_index=True, return_inverse=True)
-    rank = np.empty(len(first), np.int64)
-    rank[np.argsort(first)] = np.arange(len(first))
-    return rank[which]
-
-
 @dataclass(frozen=True)
 class Surface:
     """Primitives as one list of glTF vertices, before those that are one point become one."""

@@ -70,3 +70,14 @@ def node_matrices(
 def _size(glb: Glb, mesh: dict[str, Any]) -> tuple[int, int]:
     parts = mesh["primitives"]
     return len(parts[0]["targets"]), sum(vertex_count(glb, part) for part in parts)
+
+
+def drawn_parts(glb: Glb) -> list[tuple[dict[str, Any], Float[np.ndarray, "4 4"]]]:
+    """Every primitive made of triangles that a node shows, with its matrix to the scene, in metres."""
+    found = []
+    for n, node in enumerate(glb.json.get("nodes", [])):
+        if "mesh" in node:
+            matrix = rest_matrix(glb, chain_of(glb, n))
+            parts = glb.json["meshes"][node["mesh"]]["primitives"]
+            found += [(part, matrix) for part in parts if part.get("mode", 4) == 4]
+    return found
