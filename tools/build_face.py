@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "src"))
-from face import identities, layout, makehuman, regions, units
+from face import colours, contours, identities, layout, makehuman, regions, units
 
 from mien.faces.arkit import ARKIT_NAMES
 
@@ -50,33 +50,42 @@ def build(wheel: zipfile.ZipFile) -> tuple[dict[str, np.ndarray], dict[str, np.n
     macro = identities.read_macro(wheel, base, plan)
     families = identities.read_families(wheel, base, plan)
     kept, held = identities.split_held_out(families)
-    start = plan.positions(base) * layout.MILLIMETRES + macro.average()
-    start += ORIGIN - (start[plan.part == 1].mean(0) + start[plan.part == 2].mean(0)) / 2
-    rng = np.random.default_rng(2008)
-    fields = [identities.random_person(macro, kept, rng) - macro.average() for _ in range(PEOPLE)]
     masks = {name: makehuman.read_uv_mask(wheel, name, base) for name in regions.UV_MASKS}
-    weight = regions.identity_weight(start, plan, masks)
-    mean, modes, explained = identities.identity_space(start, fields, plan.mirror, weight)
-    mean = mean + ORIGIN - (mean[plan.part == 1].mean(0) + mean[plan.part == 2].mean(0)) / 2
+    lines = contours.find_contours(plan, plan.positions(base))
+    average = plan.positions(base) * layout.MILLIMETRES + macro.average()
+    mean = centred(contours.repair(average, plan, lines), plan)
+    rng = np.random.default_rng(2008)
+    people = [average + identities.random_person(macro, kept, rng) - macro.average() for _ in range(PEOPLE)]
+    people = [contours.repair(p, plan, lines) for p in people]
+    weight = regions.identity_weight(mean, plan, masks)
+    modes, explained = identities.identity_space(mean, people, plan.mirror, weight)
     faces, uv_faces = layout.triangulate(mean, plan)
-    deltas = units.read_units(wheel, base, plan, mean, ARKIT_NAMES)
+    deltas = units.read_units(wheel, base, plan, mean, lines, ARKIT_NAMES)
     print(f"{len(mean)} vertices, {len(faces)} triangles, {len(modes)} modes explain {explained:.4f} of {PEOPLE} people")
     held_fields = {name: field for family in held for name, field in family.fields().items()}
     print(f"{len(families)} families, {len(held)} held out = {len(held_fields)} targets: {[f.name for f in held]}")
-    masks = regions.make_regions(mean, faces, plan, masks)
+    areas = regions.make_regions(mean, faces, plan, masks)
     face = dict(
         neutral=mean.astype(np.float32), faces=faces.astype(np.uint16),
         uv=np.round(plan.uv * 65535).astype(np.uint16), uv_faces=uv_faces.astype(np.uint16),
-        colors=np.round(regions.colours(mean, plan, masks) * 255).astype(np.uint8),
+        colors=np.round(colours.colours(mean, plan, lines, masks) * 255).astype(np.uint8),
         mirror=plan.mirror.astype(np.uint16), part=plan.part.astype(np.uint8), part_names=np.array(layout.PARTS),
-        regions=np.round(np.stack(list(masks["regions"].values())) * 255).astype(np.uint8),
-        region_names=np.array(list(masks["regions"])),
+        regions=np.round(np.stack(list(areas.values())) * 255).astype(np.uint8),
+        region_names=np.array(list(areas)),
         delta_step=DELTA_STEP, deltas=_quantise(deltas, DELTA_STEP), names=np.array(ARKIT_NAMES),
+        **{f"contour_{name}": arc.astype(np.uint16) for name, arc in lines.named().items()},
         mode_step=MODE_STEP, modes=_quantise(modes, MODE_STEP),
     )
     performer = dict(names=np.array(list(held_fields)), step=HELD_STEP,
                      displacements=_quantise(np.stack(list(held_fields.values())), HELD_STEP))
     return face, performer
+
+
+def centred(vertices: np.ndarray, plan: layout.Layout) -> np.ndarray:
+    """Made symmetric, and put with the middle between the eyeballs' centres at ORIGIN."""
+    vertices = (vertices + vertices[plan.mirror] * [-1, 1, 1]) / 2
+    middle = (contours.ball(vertices, plan, "left")[0] + contours.ball(vertices, plan, "right")[0]) / 2
+    return vertices + ORIGIN - middle
 
 
 def _quantise(x: np.ndarray, step: float) -> np.ndarray:

@@ -37,11 +37,13 @@ FACES = [
 IRIS_MM, PUPIL_MM = 5.9, 2.0
 INWARD = 0.04
 """Share of the way to the face's middle by which the outline, seen from the front, is moved onto the face."""
-AJAR, LEDGE_MM = 0.15, 0.6
-"""How far the jaw opens to show the lips' rims, and the step in depth that ends a lip, mm a pixel."""
-CORNERS = (78, 308)
-EYES = {"left": (263, 362), "right": (33, 133)}
-"""Outer and inner corner."""
+EYES = ("left", "right")
+OPENINGS = {
+    "eye_left": (263, 362, "left_lower_lid", "left_upper_lid"),
+    "eye_right": (33, 133, "right_lower_lid", "right_upper_lid"),
+    "lips_inner": (78, 308, "lower_lip", "upper_lip"),
+}
+"""Two corners and the two edges of each opening."""
 
 
 def main() -> None:
@@ -50,16 +52,10 @@ def main() -> None:
     pose = face.rig.mesh(weights(face, {"jawOpen": 0.3}))
     points, spread, mirror = average(face, pose)
     points = (points + points[mirror] * [-1, 1, 1]) / 2
-    for side in EYES:
-        points = on_margin(points, f"eye_{side}", margin(face, pose, side))
-    points = on_rims(face, pose, points)
+    for group in OPENINGS:
+        points = on_edges(face, pose, points, group)
     points = (points + points[mirror] * [-1, 1, 1]) / 2
-    attachment = fix(face, pose, points)
-    points = attachment.points(pose)
-    right, middle = points[:, 0] < points[mirror, 0], mirror == np.arange(COUNT)
-    points[right] = points[mirror[right]] * [-1, 1, 1]
-    points[middle] = on_midline(face, pose, points[middle])
-    attachment = fix(face, pose, points)
+    attachment = symmetric(face, pose, fix(face, pose, points), mirror)
     np.savez_compressed(
         ASSET,
         faces=attachment.faces.astype(np.int32),
@@ -151,74 +147,39 @@ def pairs(landmarker: FaceLandmarker, renderer: Renderer, pose: Mesh) -> np.ndar
     return match
 
 
-def margin(face: BundledFace, pose: Mesh, side: str) -> np.ndarray:
-    """The lids' margin (k, 3): skin where, seen from the front, it meets the eyeball."""
-    eye = face.parts[f"{side}_eye"]
-    is_eye = np.zeros(len(pose.vertices), bool)
-    is_eye[eye] = True
-    view = frontal_camera(pose, 900, frame=pose.vertices[eye])
-    picture = RayCaster(pose).depth_image(*view)
-    inside = (picture.faces >= 0) & is_eye[pose.faces[picture.faces, 0]]
-    near = np.zeros_like(inside)
-    near[1:-1, 1:-1] = inside[:-2, 1:-1] | inside[2:, 1:-1] | inside[1:-1, :-2] | inside[1:-1, 2:]
-    rim = near & ~inside & (picture.faces >= 0)
-    return Attachment(picture.faces[rim], picture.barycentric[rim]).points(pose)
-
-
-def on_margin(points: np.ndarray, group: str, rim: np.ndarray) -> np.ndarray:
-    """Lay an eye's landmarks on the lids' margin: corners on its ends, the others at the same share of the way."""
-    outer, inner = EYES[group.removeprefix("eye_")]
-    side = np.sign(points[outer, 0])
-    ends = rim[np.argmax(side * rim[:, 0])], rim[np.argmin(side * rim[:, 0])]
-    chord = ends[1][:2] - ends[0][:2]
-    across = np.array([-chord[1], chord[0]]) * np.sign(-chord[0])
-    above = (rim[:, :2] - ends[0][:2]) @ across < 0
-    share_rim = (rim[:, :2] - ends[0][:2]) @ chord / (chord @ chord)
+def on_edges(face: BundledFace, pose: Mesh, points: np.ndarray, group: str) -> np.ndarray:
+    """Lay a loop of landmarks on the two edges of its opening: each at its own share of the way between the corners."""
+    first, last, lower, upper = OPENINGS[group]
     members = list(GROUPS[group])
-    lower = members[1 : members.index(inner)]
-    span = points[inner, :2] - points[outer, :2]
+    below = members[1 : members.index(last)]
     moved = points.copy()
-    for i in members:
-        share = (points[i, :2] - points[outer, :2]) @ span / (span @ span)
-        lid = np.flatnonzero(~above if i in lower else above)
-        moved[i] = rim[lid[np.argmin(np.abs(share_rim[lid] - share))]]
-    moved[outer], moved[inner] = ends
+    corners = points[first], points[last]
+    for name, inside in ((lower, below), (upper, members[members.index(last) + 1 :])):
+        edge = dense(pose.vertices[face.contours[name]])
+        if edge[0] @ [1, 0, 0] > edge[-1] @ [1, 0, 0]:
+            edge = edge[::-1]
+        share = along(edge, edge[0], edge[-1])
+        for i in inside:
+            moved[i] = edge[np.argmin(np.abs(share - along(points[[i]], *sorted(corners, key=lambda p: p[0]))))]
+    if group.startswith("eye"):
+        edge = pose.vertices[face.contours[lower]]
+        ends = edge[[np.argmin(edge[:, 0]), np.argmax(edge[:, 0])]]
+        for i in (first, last):
+            moved[i] = ends[np.linalg.norm(ends - points[i], axis=1).argmin()]
     return moved
 
 
-def on_rims(face: BundledFace, pose: Mesh, points: np.ndarray) -> np.ndarray:
-    """Lay the inner lips' landmarks on the rims of the lips: down each column from the outer contour to the gap."""
-    ajar = face.rig.mesh(weights(face, {"jawOpen": AJAR}))
-    near = np.linalg.norm(ajar.vertices - points[list(GROUPS["lips_inner"])].mean(axis=0), axis=1) < 40
-    view = frontal_camera(ajar, 900, frame=ajar.vertices[near])
-    picture = RayCaster(ajar).depth_image(*view)
-    is_skin = np.zeros(len(ajar.vertices), bool)
-    is_skin[face.parts["skin"]] = True
-    skin = (picture.faces >= 0) & is_skin[ajar.faces[picture.faces, 0]]
-    fixed = fix(face, pose, points)
-    pixels = view.camera.project(view.T_camera_face.apply(fixed.points(ajar))).round().astype(int)
-    moved = points.copy()
-    for i, j in zip(GROUPS["lips_inner"], GROUPS["lips_outer"], strict=True):
-        if i in CORNERS:
-            continue
-        column, step = pixels[i, 0], 1 if points[j, 1] > points[i, 1] else -1
-        row = pixels[j, 1]
-        while skin[row + step, column] and abs(np.diff(picture.depth[[row, row + step], column])[0]) < LEDGE_MM:
-            row += step
-        rim = Attachment(picture.faces[row, [column]], picture.barycentric[row, [column]])
-        moved[i] = rim.points(pose)[0]
-    return moved
+def dense(line: np.ndarray) -> np.ndarray:
+    """A polyline with 40 points a segment."""
+    share = np.linspace(0, 1, 40, endpoint=False)[:, None]
+    segments = [a + (b - a) * share for a, b in zip(line[:-1], line[1:], strict=True)]
+    return np.concatenate([*segments, line[-1:]])
 
 
-def on_midline(face: BundledFace, pose: Mesh, points: np.ndarray) -> np.ndarray:
-    """The nearest points on the skin's edges in the mirror plane."""
-    own = face.mirror == np.arange(len(face.mirror))
-    skin = pose.faces[np.isin(pose.faces, face.parts["skin"]).all(axis=1)]
-    edges = skin[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-    ends = pose.vertices[edges[own[edges].all(axis=1)]]
-    share = np.linspace(0, 1, 51)[:, None, None]
-    samples = (ends[:, 0] * (1 - share) + ends[:, 1] * share).reshape(-1, 3)
-    return samples[np.linalg.norm(points[:, None] - samples, axis=2).argmin(axis=1)]
+def along(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Share of the way from start to end, seen from the front."""
+    chord = (end - start)[:2]
+    return (points[:, :2] - start[:2]) @ chord / (chord @ chord)
 
 
 def fix(face: BundledFace, pose: Mesh, points: np.ndarray) -> Attachment:
@@ -232,6 +193,24 @@ def fix(face: BundledFace, pose: Mesh, points: np.ndarray) -> Attachment:
         found = ClosestPoint(submesh(pose, inside)[0]).query(points[members])
         triangles[members] = np.flatnonzero(inside)[found.faces]
         barycentric[members] = found.barycentric
+    return Attachment(triangles, barycentric)
+
+
+def symmetric(face: BundledFace, pose: Mesh, attachment: Attachment, mirror: np.ndarray) -> Attachment:
+    """The subject's left side mirrored onto the right, triangle by triangle; the middle on the mirror plane."""
+    number = {tuple(sorted(t)): k for k, t in enumerate(pose.faces.tolist())}
+    triangles, barycentric = attachment.faces.copy(), attachment.barycentric.copy()
+    x = attachment.points(pose)[:, 0]
+    for i, j in enumerate(mirror):
+        source = pose.faces[attachment.faces[i if x[i] > x[j] else j]]
+        weight = attachment.barycentric[i if x[i] > x[j] else j]
+        if i == j:
+            source, weight = source, np.where(face.mirror[source] == source, weight, 0)
+            weight = weight / weight.sum()
+        elif x[i] < x[j]:
+            source = face.mirror[source]
+        triangles[i] = number[tuple(sorted(source.tolist()))]
+        barycentric[i] = [weight[source == v].sum() for v in pose.faces[triangles[i]]]
     return Attachment(triangles, barycentric)
 
 

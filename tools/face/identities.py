@@ -12,30 +12,48 @@ from .layout import MILLIMETRES, Layout
 FOLDERS = ("head", "forehead", "eyebrows", "eyes", "nose", "mouth", "cheek", "chin", "ears", "asym")
 OPPOSITES = (("incr", "decr"), ("up", "down"), ("out", "in"), ("forward", "backward"), ("convex", "concave"),
              ("uncompress", "compress"))
-UNUSED = ("head-trans", "head-age", "asymm-breast", "ear-shape-pointed", "ear-shape-triangle")
-"""Beginnings or parts of names: rigid motions of the whole head, ages outside the macro targets' own, fantasy."""
+UNUSED = ("head-trans", "head-age", "asymm-", "ear-shape-pointed", "ear-shape-triangle")
+"""Parts of names: rigid motions of the whole head, ages outside the macro targets' own, the body, fantasy."""
 ETHNICITIES, SEXES, AGES = ("african", "asian", "caucasian"), ("female", "male"), ("young", "old")
 OLD_SHARE = 0.25
 """Of the average adult: a quarter of the way from MakeHuman's 25-year-old to its 90-year-old."""
-STRENGTH = 0.33
-"""Standard deviation of a local target's weight; MakeHuman's own sliders end at 1."""
+STRENGTH = 0.3
+"""Standard deviation of a local slider; MakeHuman's own end at 1."""
+REACH = dict(asym=0.7, head=4.0, forehead=4.0, ear=3.0)
+"""Standard deviation of a slider is less where it would move some vertex by more than this many mm; else 2.2."""
 SIZE = 0.035
 """Standard deviation of overall head size beyond what the targets bring, as a share."""
 
 
 @dataclass(frozen=True)
 class Family:
-    """Targets that exclude one another: the two ends of one slider, or one slider of a pair of sides."""
+    """Targets that exclude one another: the two ends of one slider, for both sides of the face where there are two."""
 
     name: str
-    """Without side and direction: `eye-bag`."""
+    """Without side and with both directions: `eye-bag:incr/decr`."""
     ends: dict[str, tuple[np.ndarray, ...]]
     """Side ("l", "r" or "") -> the fields at the slider's two ends (n, 3) mm, or at its one end."""
 
     def fields(self) -> dict[str, np.ndarray]:
-        """Every end by name, as `l-eye-bag+`."""
-        return {f"{side}{'-' * bool(side)}{self.name}{'+-'[i]}": field
-                for side, fields in self.ends.items() for i, field in enumerate(fields)}
+        """Every end by name, as `l-eye-bag:incr`."""
+        stem, _, directions = self.name.partition(":")
+        words = [":" + word for word in directions.split("/")] if directions else [""]
+        return {f"{side}{'-' * bool(side)}{stem}{word}": field
+                for side, fields in self.ends.items() for word, field in zip(words, fields, strict=True)}
+
+    def deviation(self) -> float:
+        """Standard deviation of this slider among people."""
+        largest = max(np.linalg.norm(field, axis=1).max() for fields in self.ends.values() for field in fields)
+        return min(STRENGTH, REACH.get(self.name.split("-")[0], 2.2) / largest)
+
+    def field(self, rng: np.random.Generator) -> np.ndarray:
+        """A random setting's displacement (n, 3); the two sides nearly alike."""
+        deviation = self.deviation()
+        common, total = rng.normal(0, deviation), 0
+        for fields in self.ends.values():
+            w = float(np.clip(common + rng.normal(0, deviation / 5), -0.9, 0.9))
+            total = total + (abs(w) * fields[int(w < 0)] if len(fields) == 2 else w * fields[0])
+        return total
 
 
 @dataclass(frozen=True)
@@ -100,11 +118,11 @@ def _split(stem: str) -> tuple[str, str, str]:
     side = stem[0] if stem[:2] in ("l-", "r-") else ""
     name = stem[2:] if side else stem
     if name.startswith("asym-"):
-        return "", name[:-2], "lr".index(name[-1]).__str__()
+        return "", name[:-2] + ":l/r", str("lr".index(name[-1]))
     for pair in OPPOSITES:
         for i, end in enumerate(pair):
             if name.endswith("-" + end):
-                return side, name.removesuffix("-" + end), str(i)
+                return side, f"{name.removesuffix('-' + end)}:{'/'.join(pair)}", str(i)
     return side, name, "0"
 
 
@@ -125,41 +143,33 @@ def random_person(macro: Macro, families: list[Family], rng: np.random.Generator
     muscle, weight = np.clip(rng.normal(0, 0.45, 2), -1, 1)
     field = macro.field(dict(zip(ETHNICITIES, shares, strict=True)), rng.beta(0.6, 0.6), rng.beta(0.7, 1.7),
                         muscle, weight)
-    for family in families:
-        common = rng.normal(0, STRENGTH)
-        for fields in family.ends.values():
-            asymmetric = family.name.startswith("asym")
-            w = rng.normal(0, STRENGTH / 2) if asymmetric else common + rng.normal(0, STRENGTH / 5)
-            w = float(np.clip(w, -0.9, 0.9))
-            field = field + (abs(w) * fields[int(w < 0)] if len(fields) == 2 else max(w, 0) * fields[0])
-    return field
+    return field + sum(family.field(rng) for family in families)
 
 
-def identity_space(start: np.ndarray, fields: list[np.ndarray], mirror: np.ndarray, weight: np.ndarray,
-                   explained: float = 0.99, seed: int = 1) -> tuple[np.ndarray, np.ndarray, float]:
-    """People -> (mean (n, 3), modes (c, n, 3) of one standard deviation, share explained), mm.
+def identity_space(start: np.ndarray, people: list[np.ndarray], mirror: np.ndarray, weight: np.ndarray,
+                   explained: float = 0.995, seed: int = 1) -> tuple[np.ndarray, float]:
+    """People (n, 3) about the average `start` -> (modes (c, n, 3) of one standard deviation, share explained), mm.
 
-    Every person enters with their mirror image, so that the mean is symmetric and each mode is symmetric or
-    antisymmetric. Rigid motion is taken out by `weight` (n,), which also weighs the principal components.
+    Every person enters with their mirror image, so that each mode is symmetric or antisymmetric. Rigid motion is
+    taken out by `weight` (n,), which also weighs the principal components.
     """
     rng = np.random.default_rng(seed)
-    people = np.stack([start + f for f in fields])
+    half, mean = len(people), start
+    people = np.stack(people)
     people = np.concatenate([people, people[:, mirror] * [-1, 1, 1]])
-    mean = start
     for _ in range(3):
         people = np.stack([align(p, mean, weight) for p in people])
         mean = people.mean(0)
         mean = (mean + mean[mirror] * [-1, 1, 1]) / 2
-    grow = np.tile(1 + SIZE * rng.standard_normal(len(fields)), 2)
+    grow = np.tile(1 + SIZE * rng.standard_normal(half), 2)
     X = (people - mean) * grow[:, None, None] + (grow - grow.mean())[:, None, None] * mean
-    half = len(fields)
     parts = [(X[:half] + X[half:]) / 2, (X[:half] - X[half:]) / 2]
     modes = np.concatenate([_components(part, weight) for part in parts])
     power = ((modes**2) * weight[:, None]).sum((1, 2))
     order = np.argsort(-power)
     shares = np.cumsum(power[order]) / power.sum()
     count = int(np.searchsorted(shares, explained)) + 1
-    return mean, modes[order[:count]], float(shares[count - 1])
+    return modes[order[:count]], float(shares[count - 1])
 
 
 def _components(X: np.ndarray, weight: np.ndarray) -> np.ndarray:

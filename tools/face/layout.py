@@ -5,12 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from .makehuman import Base
+from .rings import QuadNet
+from .uv import pack
 
 MILLIMETRES = 105.0
 """A decimetre of MakeHuman's in millimetres. 100 by its units; 5 % more brings the average adult head nearer to
 anthropometric means (pupils 61 mm apart, nasion to menton 115 mm, face 143 mm wide) without leaving any far off."""
-NECK = 809
-"""A vertex on the front of the neck, on the edge loop where head and neck are cut from the body."""
+NECK = (809, 805)
+"""An edge on the front of the neck, of the edge loop where head and neck are cut from the body."""
 PARTS = ("skin", "left_eye", "right_eye", "upper_teeth", "lower_teeth", "tongue")
 GROUPS = dict(left_eye="helper-l-eye", right_eye="helper-r-eye", upper_teeth="helper-upper-teeth",
               lower_teeth="helper-lower-teeth", tongue="helper-tongue")
@@ -43,7 +45,7 @@ class Layout:
     def gather(self, base: Base, field: np.ndarray) -> np.ndarray:
         """A displacement field on the base (19158, 3) -> on the face (n, 3), same unit.
 
-        Eyeballs stay round: they take the field's mean and its mean growth, no more.
+        Eyeballs stay round: they take the field's mean and its growth in width and height, no more.
         """
         out = [field[self.source]]
         for old in self.eyes.values():
@@ -59,9 +61,9 @@ class Layout:
 
 
 def ball_motion(points: np.ndarray, field: np.ndarray) -> tuple[np.ndarray, float]:
-    """Mean displacement and relative growth of an eyeball whose `points` (k, 3) move by `field`."""
-    spokes = points - points.mean(0)
-    return field.mean(0), float((field * spokes).sum() / (spokes**2).sum())
+    """Mean displacement of an eyeball whose `points` (k, 3) move by `field`, and its relative growth across."""
+    spokes = (points - points.mean(0))[:, :2]
+    return field.mean(0), float((field[:, :2] * spokes).sum() / (spokes**2).sum())
 
 
 def make_layout(base: Base) -> Layout:
@@ -82,7 +84,7 @@ def make_layout(base: Base) -> Layout:
     quads = np.concatenate([new[base.quads[kept]], ball_quads + k, ball_quads + k + e])
     flip = _ball_mirror(ball)
     mirror = np.concatenate([new[base.mirror[source]], k + e + flip, k + flip])
-    uv, uv_quads = _layout_uv(base, head, inner, ball, ball_quads)
+    uv, uv_quads = _layout_uv(base, kept, ball, ball_quads, part[quads[:, 0]])
     return Layout(source, eyes, ball, part, quads, uv_quads, uv, mirror)
 
 
@@ -106,46 +108,19 @@ def triangulate(vertices: np.ndarray, layout: Layout) -> tuple[np.ndarray, np.nd
 def _head_quads(base: Base) -> np.ndarray:
     """The body's quads above the neck's edge loop."""
     body = base.quads_of("body")
-    loop = _edge_loop(base.quads[body], NECK)
-    cut = {tuple(sorted(pair)) for pair in zip(loop, np.roll(loop, -1), strict=True)}
-    sides = {}
-    for i, quad in zip(body, base.quads[body], strict=True):
-        for a, b in zip(quad, np.roll(quad, -1), strict=True):
-            sides.setdefault(tuple(sorted((a, b))), []).append(i)
-    start = body[base.vertices[base.quads[body]][:, :, 1].mean(1).argmax()]
+    net = QuadNet(base.quads[body])
+    loop = net.ring(*NECK)
+    cut = {frozenset(pair) for pair in zip(loop, np.roll(loop, -1), strict=True)}
+    start = int(base.vertices[base.quads[body]][:, :, 1].mean(1).argmax())
     reached, queue = {start}, [start]
     while queue:
-        quad = base.quads[queue.pop()]
-        for a, b in zip(quad, np.roll(quad, -1), strict=True):
-            edge = tuple(sorted((a, b)))
-            for other in sides[edge] if edge not in cut else ():
+        here = queue.pop()
+        for edge in net.edges(here):
+            for other in net.beside[edge] if edge not in cut else ():
                 if other not in reached:
                     reached.add(other)
                     queue.append(other)
-    return np.array(sorted(reached))
-
-
-def _edge_loop(quads: np.ndarray, start: int) -> list[int]:
-    """The closed loop of edges through `start` that runs to its neighbour at greatest index, straight on at crossings."""
-    sides, neighbours = {}, {}
-    for i, quad in enumerate(quads):
-        for a, b in zip(quad, np.roll(quad, -1), strict=True):
-            sides.setdefault(frozenset((a, b)), set()).add(i)
-            neighbours.setdefault(a, set()).add(b)
-            neighbours.setdefault(b, set()).add(a)
-
-    def onward(a, b):
-        beside = sides[frozenset((a, b))]
-        straight = [c for c in neighbours[b] if c != a and not sides[frozenset((b, c))] & beside]
-        return straight[0] if len(neighbours[b]) == 4 else None
-
-    for second in sorted(neighbours[start]):
-        loop = [start, second]
-        while loop[-1] is not None and loop[-1] != start and len(loop) < 200:
-            loop.append(onward(loop[-2], loop[-1]))
-        if loop[-1] == start and len(loop) == 43:
-            return loop[:-1]
-    raise SystemExit(f"no closed edge loop of 42 through vertex {start}; the base mesh has changed")
+    return body[sorted(reached)]
 
 
 def _ball() -> tuple[np.ndarray, np.ndarray]:
@@ -175,13 +150,19 @@ def _ball_mirror(ball: np.ndarray) -> np.ndarray:
     return flip
 
 
-def _layout_uv(base: Base, head: np.ndarray, inner: np.ndarray, ball: np.ndarray, ball_quads: np.ndarray):
-    """UV (u, 2) in 0..1 and corners (m, 4): the head's chart as it was; teeth and tongue too; eyes as discs."""
-    kept = np.concatenate([base.uv_quads[head], base.uv_quads[inner]])
-    old, corners = np.unique(kept, return_inverse=True)
-    angle = np.arccos(np.clip(ball[:, 2], -1, 1))[:, None] / np.pi
-    across = ball[:, :2] / np.maximum(np.linalg.norm(ball[:, :2], axis=1, keepdims=True), 1e-9)
-    k, e = len(old), len(ball)
-    left, right = ([0.772, 0.944] + 0.012 * angle * across), ([0.801, 0.944] + 0.012 * angle * across)
-    uv = np.concatenate([base.uv[old], left, right])
-    return uv, np.concatenate([corners.reshape(-1, 4), ball_quads + k, ball_quads + k + e])
+def _layout_uv(base: Base, kept: np.ndarray, ball: np.ndarray, ball_quads: np.ndarray, part: np.ndarray):
+    """UV (u, 2) in 0..1 and corners (m, 4): the base's charts of the `kept` quads, and a disc for each eyeball.
+
+    The back pole is as many points on the rim as it has triangles.
+    """
+    old, corners = np.unique(base.uv_quads[kept], return_inverse=True)
+    angle = np.arccos(np.clip(ball[:-1, 2], -1, 1))[:, None] / np.pi
+    across = ball[:-1, :2] / np.maximum(np.linalg.norm(ball[:-1, :2], axis=1, keepdims=True), 1e-9)
+    turn = (np.arange(MERIDIANS) + 0.5) * 2 * np.pi / MERIDIANS
+    rim = np.stack([np.cos(turn), np.sin(turn)], 1)
+    disc = 0.012 * np.concatenate([angle * across, rim])
+    ball_corners = ball_quads.copy()
+    ball_corners[-MERIDIANS:, 1] = len(ball) - 1 + np.arange(MERIDIANS)
+    k, e = len(old), len(disc)
+    corners = np.concatenate([corners.reshape(-1, 4), ball_corners + k, ball_corners + k + e])
+    return pack(np.concatenate([base.uv[old], disc, disc]), corners, part), corners

@@ -4,17 +4,24 @@ import zipfile
 
 import numpy as np
 
-from .layout import EYE_RADIUS, MILLIMETRES, Layout
+from mien.faces.lids import fit_blink
+
+from .contours import Contours, ball
+from .layout import MILLIMETRES, Layout
 from .makehuman import Base, read_unit
 
-LOOK = dict(eyeLookIn=25.0, eyeLookOut=25.0, eyeLookUp=20.0, eyeLookDown=25.0)
+LOOK = dict(eyeLookIn=25.0, eyeLookOut=25.0, eyeLookUp=15.0, eyeLookDown=20.0)
 """Degrees that the eyeballs turn at weight 1."""
 
 
-def read_units(wheel: zipfile.ZipFile, base: Base, plan: Layout, neutral: np.ndarray, names) -> np.ndarray:
+def read_units(wheel: zipfile.ZipFile, base: Base, plan: Layout, neutral: np.ndarray, lines: Contours, names) -> np.ndarray:
     """Displacements (52, n, 3) mm from `neutral` (n, 3)."""
     raw = {name: plan.gather(base, read_unit(wheel, name, len(base.vertices))) * MILLIMETRES for name in names}
-    return np.stack([_unit(raw, name, plan, neutral) for name in names])
+    units = {name: _unit(raw, name, plan, neutral) for name in names}
+    centre, _ = ball(neutral, plan, "left")
+    units["eyeBlinkLeft"] = fit_blink(neutral, units["eyeBlinkLeft"], *lines.lids["left"], centre)
+    units["eyeBlinkRight"] = units["eyeBlinkLeft"][plan.mirror] * [-1, 1, 1]
+    return np.stack([units[name] for name in names])
 
 
 def _unit(raw: dict[str, np.ndarray], name: str, plan: Layout, neutral: np.ndarray) -> np.ndarray:

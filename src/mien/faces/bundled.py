@@ -9,6 +9,7 @@ from jaxtyping import Float, Int
 
 from ..mesh import Mesh
 from ..rig import Rig
+from .lids import fit_blink, opening
 
 
 @dataclass(frozen=True)
@@ -41,11 +42,41 @@ class BundledFace:
     """Vertices of skin, left_eye, right_eye, upper_teeth, lower_teeth, tongue: every vertex is in one."""
     regions: dict[str, Float[np.ndarray, " n"]]
     """Smooth masks in 0..1 by name; 0 off the outer skin."""
+    contours: dict[str, Int[np.ndarray, " k"]]
+    """Vertices along left_upper_lid, left_lower_lid, right_..., upper_lip, lower_lip: the edges of the openings,
+    from corner to corner by increasing x."""
 
     def person(self, coefficients: Float[np.ndarray, " c"]) -> Rig:
-        """Another person's rig: the identity's neutral with the average's expressions on it."""
+        """Another person's rig: the identity's neutral with the average's expressions, fitted to the eyes.
+
+        Displacements are the average's but for the eyes: eyeballs turn about their own centres, and the lids'
+        travel is fitted to the opening (`faces/lids.py`), so that a blink closes it and a squint does not overshoot.
+        """
         vertices = self.rig.neutral.vertices + self.identity.displacement(coefficients)
-        return self.rig.with_shapes(self.rig.neutral.with_vertices(vertices), self.rig.deltas)
+        neutral = self.rig.neutral.with_vertices(vertices)
+        return self.rig.with_shapes(neutral, self.fitted_deltas(vertices))
+
+    def eyeball(self, vertices: Float[np.ndarray, "n 3"], side: str) -> tuple[Float[np.ndarray, " 3"], float]:
+        """Centre (3,) and radius, mm, of the `left` or `right` eyeball of a face in this topology."""
+        front, back = vertices[self.parts[f"{side}_eye"][[0, -1]]]
+        return (front + back) / 2, float(np.linalg.norm(front - back) / 2)
+
+    def fitted_deltas(self, vertices: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "shapes n 3"]:
+        """The 52 displacements (52, n, 3), mm, with eyes and lids fitted to the neutral face `vertices`."""
+        deltas = self.rig.deltas.copy()
+        for side in ("left", "right"):
+            lids = self.contours[f"{side}_upper_lid"], self.contours[f"{side}_lower_lid"]
+            (centre, radius), (_, usual) = self.eyeball(vertices, side), self.eyeball(self.rig.neutral.vertices, side)
+            ratio = opening(vertices, *lids) / opening(self.rig.neutral.vertices, *lids)
+            end, ball = side.capitalize(), self.parts[f"{side}_eye"]
+            for name in ("eyeLookDown", "eyeSquint"):
+                deltas[self.rig.index(name + end)] *= 1 + self.regions["eyes"][:, None] * (min(ratio, 1.5) - 1)
+            for name in ("eyeLookUp", "eyeLookDown", "eyeLookIn", "eyeLookOut"):
+                k = self.rig.index(name + end)
+                deltas[k, ball] = self.rig.deltas[k, ball] * radius / usual
+            blink = self.rig.index("eyeBlink" + end)
+            deltas[blink] = fit_blink(vertices, self.rig.deltas[blink], *lids, centre)
+        return deltas
 
 
 @cache
@@ -61,5 +92,6 @@ def load_face() -> BundledFace:
     rig = Rig(neutral, a["deltas"].reshape(-1, n, 3) * float(a["delta_step"]), tuple(a["names"].tolist()))
     parts = {str(name): np.flatnonzero(a["part"] == i) for i, name in enumerate(a["part_names"])}
     regions = {str(name): mask / 255.0 for name, mask in zip(a["region_names"], a["regions"], strict=True)}
+    contours = {key.removeprefix("contour_"): v.astype(np.int64) for key, v in a.items() if key.startswith("contour_")}
     modes = a["modes"] * float(a["mode_step"])
-    return BundledFace(rig, IdentitySpace(modes), a["mirror"].astype(np.int64), parts, regions)
+    return BundledFace(rig, IdentitySpace(modes), a["mirror"].astype(np.int64), parts, regions, contours)
