@@ -28,6 +28,8 @@ class AttachConfig:
     slide: SlideConfig = SlideConfig()
     trial: SolveConfig = field(default_factory=lambda: SolveConfig(rounds=2, smoothness=0.0, outlier=np.inf))
     """The short solve by which alignments are told apart."""
+    rest_doubt: float = 0.7
+    """The frame most dwelt at is at rest unless another leaves less than this share of the cost; 0: no doubt."""
     trial_frames: int = 120
     """Frames of the take that each alignment must explain."""
     rounds: int = 3
@@ -120,14 +122,15 @@ def _try(positions, cloud, face, region, T_face_head, metric, config) -> tuple[f
 
 
 def resting_frame(positions, calm: list[int], frames, face: BundledFace, fit: IdentityFit, metric, config) -> int:
-    """Of the frames in `calm` the one from which shapes that only ever add explain the take best."""
+    """The first of `calm`, unless shapes that only ever add explain the take much better from another one."""
     rig = face.person(fit.coefficients)
     costs = []
     for frame in calm:
         solved = _solve(positions[frames], mean_cloud(positions, frame), rig, fit, metric, config.trial)
         spent = 2 * config.trial.sparsity * solved.weights.sum(axis=1).mean()
-        costs.append(np.nanmean(solved.residuals**2) + spent)
-    return calm[int(np.argmin(costs))]
+        costs.append(np.nanmean(np.nansum(solved.residuals**2, axis=1)) + spent)
+    best = int(np.argmin(costs))
+    return calm[best] if costs[best] < config.rest_doubt * costs[0] else calm[0]
 
 
 def _runner_up(trials: list, cloud: np.ndarray, distinct_mm: float) -> float:

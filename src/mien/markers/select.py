@@ -5,12 +5,18 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from .._kernels.select import LANES, restate, weigh
+from .._kernels.select import LANES, ceilings, restate, weigh
 from ..errors import BadInput
 from ..progress import SILENT, Progress
 
 BATCH = 2 * LANES
 """Candidates weighed between two looks at the best so far."""
+
+PANEL = 256
+"""Candidates whose products with all residuals are held at once."""
+
+STRIDE = 6
+"""Frames apart whose bounds are worked out first; those between are bounded by their neighbours where that will do."""
 
 ROUNDING = 1e-13
 """Directions of the take with less than this share of its largest variance are rounding."""
@@ -142,42 +148,89 @@ def _restate(Y, chosen, weights):
     return _State(gram, linear, weights, slack, free, swept, Y - weights @ basis)
 
 
+@dataclass(frozen=True)
+class _Round:
+    """What is the same for all candidates of a round, and what is known of each."""
+
+    Y: np.ndarray
+    heights: np.ndarray
+    own: np.ndarray
+    apart: np.ndarray
+    errors: np.ndarray
+    order: np.ndarray
+    state: _State
+
+
 def _best_candidate(Y, chosen, state):
-    """The frame whose addition leaves the least summed squared error; the earliest of equals."""
-    errors = np.einsum("td,td->t", state.residuals, state.residuals)
-    own = np.einsum("td,td->t", Y, Y)
-    apart = _apart(Y, chosen, own)
-    ceiling = np.einsum("td,td->t", Y @ (state.residuals.T @ state.residuals), Y)
+    """The frame whose addition leaves the least summed squared error; the earliest of equals.
+
+    Bounds first for every `STRIDE`-th frame; then the most promising are weighed; then bounds for those of the others
+    whose neighbours leave it open, and so on with what is left, best bounds first.
+    """
+    errors, own = np.einsum("td,td->t", state.residuals, state.residuals), np.einsum("td,td->t", Y, Y)
+    apart, order = _apart(Y, chosen, own), np.argsort(-errors, kind="stable")
+    turn = _Round(Y, state.linear, own, apart, errors, order, state)
+    first = np.arange(0, len(Y), STRIDE)
+    bounds, squares = _ceilings(turn, first)
+    top = first[np.argsort(-bounds, kind="stable")[:LANES]]
+    best, found = _weigh_all(turn, top, 0.0, -1)
+    near = np.minimum((np.arange(len(Y)) + STRIDE // 2) // STRIDE, len(first) - 1)
+    reach = (np.sqrt(squares[near]) + _apart_in_products(turn, first[near])) ** 2
     with np.errstate(divide="ignore", invalid="ignore"):
-        ceiling = np.where(apart > 0, np.minimum(ceiling / apart, errors.sum()), errors.sum())
-    ceiling[chosen] = -1.0
-    candidates, order = np.argsort(-ceiling, kind="stable"), np.argsort(-errors, kind="stable")
-    best, found = 0.0, -1
-    for first in range(0, len(candidates), BATCH):
-        batch = candidates[first : first + BATCH]
-        batch = batch[ceiling[batch] >= best]
+        ceiling = np.where(apart > 0, reach / apart, errors.sum())
+    ceiling[first], ceiling[chosen], ceiling[top] = bounds, -1.0, -1.0
+    rest = np.setdiff1d(np.flatnonzero(ceiling >= best), first)
+    ceiling[rest] = _ceilings(turn, rest)[0]
+    candidates = np.argsort(-ceiling, kind="stable")
+    return _weigh_all(turn, candidates[ceiling[candidates] >= best], best, found, ceiling)[1]
+
+
+def _ceilings(turn, candidates):
+    """Bounds of the candidates' gains, and the sums of their squared positive products with the residuals."""
+    bounds, squares = np.empty(len(candidates)), np.empty(len(candidates))
+    for i in range(0, len(candidates), PANEL):
+        part = slice(i, i + PANEL)
+        products = turn.Y[candidates[part]] @ turn.state.residuals.T
+        bounds[part], squares[part] = ceilings(products, turn.apart[candidates[part]], turn.errors)
+    return bounds, squares
+
+
+def _apart_in_products(turn, near):
+    """Root of the sum over all frames of ((x - x_near) . r)^2: how far neighbours' products can lie from each other."""
+    difference = turn.Y - turn.Y[near]
+    spread = turn.state.residuals.T @ turn.state.residuals
+    return np.sqrt(np.maximum(np.einsum("td,td->t", difference @ spread, difference), 0))
+
+
+def _weigh_all(turn, candidates, best, found, ceiling=None):
+    """Weigh candidates in batches: the best gain and its frame, the earliest of equals."""
+    for i in range(0, len(candidates), BATCH):
+        batch = candidates[i : i + BATCH]
+        if ceiling is not None:
+            batch = batch[ceiling[batch] >= best]
         if not len(batch):
             break
-        gains = _weigh(Y, batch, chosen, own, apart, order, errors, state, best)
+        gains = _weigh(turn, batch, best)
         top = gains.max()
         if top >= best:
             winner = int(batch[gains == top].min())
             found = winner if top > best or found < 0 else min(found, winner)
             best = top
-    return found
+    return best, found
 
 
-def _weigh(Y, batch, chosen, own, apart, order, errors, state, best):
-    count = -(-len(batch) // LANES) * LANES
-    products = np.zeros((count, len(Y)))
-    products[: len(batch)] = Y[batch] @ state.residuals.T
-    heights = np.zeros((count, len(chosen)))
-    heights[: len(batch)] = state.linear[batch]
-    blocks = np.ascontiguousarray(heights.reshape(count // LANES, LANES, len(chosen)).transpose(0, 2, 1))
-    padded_own, padded_apart = np.ones(count), np.ones(count)
-    padded_own[: len(batch)], padded_apart[: len(batch)] = own[batch], apart[batch]
+def _weigh(turn, batch, best):
+    state, k = turn.state, turn.heights.shape[1]
+    blocks = -(-len(batch) // LANES)
+    products = np.zeros((blocks * LANES, len(turn.Y)))
+    products[: len(batch)] = turn.Y[batch] @ state.residuals.T
+    heights, own, apart = np.zeros((blocks * LANES, k)), np.ones(blocks * LANES), np.ones(blocks * LANES)
+    heights[: len(batch)], own[: len(batch)], apart[: len(batch)] = (
+        turn.heights[batch], turn.own[batch], turn.apart[batch],
+    )  # fmt: skip
+    lanes = np.ascontiguousarray(heights.reshape(blocks, LANES, k).transpose(0, 2, 1))
     gains = weigh(
-        products, blocks, padded_own, padded_apart, order, errors,
+        products, lanes, own, apart, turn.order, turn.errors,
         state.linear, state.gram, state.weights, state.slack, state.free, state.swept, best,
     )  # fmt: skip
     return gains[: len(batch)]

@@ -18,12 +18,12 @@ POSE = 6
 class SolveConfig:
     """What holds the weights back."""
 
-    sparsity: float = 0.02
-    """mm per marker: price of a unit of weight (l1), which keeps few shapes on at once; 0 switches it off."""
-    smoothness: float = 1.0
-    """mm^2 per marker: price of a weight's squared change between frames 1/30 s apart; 0 switches it off."""
-    ridge: float = 0.002
-    """mm^2 per marker: price of a squared weight, so that shapes no marker sees stay at rest."""
+    sparsity: float = 2.0
+    """mm^2: price of a unit of weight (l1), which keeps few shapes on at once; 0 switches it off."""
+    smoothness: float = 100.0
+    """mm^2: price of a weight's squared change between frames 1/30 s apart; 0 switches it off."""
+    ridge: float = 1.0
+    """mm^2: price of a squared weight, so that shapes no marker sees stay at rest."""
     rounds: int = 3
     """Gauss-Newton rounds: weights and pose increments together, then the pose is composed."""
     outlier: float = 4.0
@@ -79,7 +79,7 @@ def solve_frames(
     for _ in range(config.rounds):
         r = np.nan_to_num(T.inverse().apply(positions) - model.rest)
         G, b = normal_equations(model.jacobian(), M, r, used)
-        weights, pose, converged = _inner(G, b, weights, used.sum(axis=1).mean(), rate, config)
+        weights, pose, converged = _inner(G, b, weights, rate, config)
         T = T @ Transform(rotation_from_vector(pose[:, :3]), pose[:, 3:])
         residuals = np.linalg.norm(T.inverse().apply(positions) - model.points(weights), axis=2)
         used = seen & tracked[:, None] & ~_outliers(residuals, config)
@@ -118,17 +118,17 @@ def without_pose(
     return reduced, b[:, :k] - (G[:, :k, k:] @ back[:, :, :1])[..., 0], back
 
 
-def _inner(G, b, weights, markers, rate, config):
+def _inner(G, b, weights, rate, config):
     """One box-constrained solve of the whole take: weights, the pose increments that go with them, convergence."""
     G, b, back = without_pose(G, b)
     k = b.shape[1]
     result = smooth_box_least_squares(
-        G + markers * config.ridge * np.eye(k),
+        G + config.ridge * np.eye(k),
         b,
         lower=0.0,
         upper=1.0,
-        l1=markers * config.sparsity,
-        mu=markers * config.smoothness * (rate / 30.0),
+        l1=config.sparsity,
+        mu=config.smoothness * (rate / 30.0),
         warm=weights,
     )
     pose = back[:, :, 0] - np.einsum("tpk,tk->tp", back[:, :, 1:], result.values)
