@@ -5,17 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 from jaxtyping import Bool, Float, Int
-from scipy.spatial import KDTree
 
-from ..mesh import Mesh, closest_point, submesh, vertex_normals
+from ..faces.bundled import BundledFace
+from ..mesh import vertex_normals
 from ..rig import Rig
-
-LID_SHELL = (0.4, 4.5)
-"""Skin between these heights over the eyeball (mm) belongs to the lids that can touch."""
-LID_REACH = 1.6
-"""Lid points nearer than this in the generic blink are partners (mm)."""
-LIP_REACH = 3.5
-"""Lip points nearer than this in the generic neutral face are partners (mm)."""
 
 
 @dataclass(frozen=True)
@@ -60,11 +53,10 @@ class Hinge:
     """How far the generic jaw turns at full opening, radians, positive downwards."""
 
 
-def eyeball(rig: Rig, vertices: Int[np.ndarray, " v"]) -> Ball:
-    """The ball through the vertices of an eye."""
-    points = rig.neutral.vertices[vertices]
-    centre = (points.min(axis=0) + points.max(axis=0)) / 2
-    return Ball(centre, float(np.linalg.norm(points - centre, axis=1).max()), vertices)
+def eyeball(face: BundledFace, vertices: Float[np.ndarray, "n 3"], side: str) -> Ball:
+    """The ball of one eye (`side` "Left" or "Right") of a face in this topology."""
+    centre, radius = face.eyeball(vertices, side.lower())
+    return Ball(centre, radius, face.parts[f"{side.lower()}_eye"])
 
 
 def jaw_hinge(rig: Rig, lower_teeth: Int[np.ndarray, " v"]) -> Hinge:
@@ -87,54 +79,37 @@ def rigid_motion(
     return R, b - (R @ a[..., None])[..., 0]
 
 
-def lid_contact(rig: Rig, ball: Ball, side: str, skin: Bool[np.ndarray, " n"]) -> Contact:
-    """Partners on the two lids of one eye (`side` "Left" or "Right"), found in the generic blink."""
-    vertices, blink = rig.neutral.vertices, rig.deltas[rig.index(f"eyeBlink{side}")]
-    height = np.linalg.norm(vertices - ball.centre, axis=1) - ball.radius
-    shell = skin & (height > LID_SHELL[0]) & (height < LID_SHELL[1]) & (vertices[:, 2] > ball.centre[2])
-    reach = np.linalg.norm(blink, axis=1)
-    upper, lower = np.flatnonzero(shell & (blink[:, 1] < -2.0)), np.flatnonzero(shell & (reach < 1.5))
+def lid_contact(face: BundledFace, ball: Ball, side: str, skin: Bool[np.ndarray, " n"]) -> Contact:
+    """The edges of one eye's lids (`side` "Left" or "Right"); partners are where the generic blink brings them."""
+    vertices, blink = face.rig.neutral.vertices, face.rig.deltas[face.rig.index(f"eyeBlink{side}")]
+    upper = face.contours[f"{side.lower()}_upper_lid"][1:-1]
     closed = vertices + blink
-    distance, nearest = KDTree(closed[lower]).query(closed[upper])
-    near = distance < LID_REACH
-    upper, lower = upper[near], lower[nearest[near]]
-    n, pairs = len(vertices), np.arange(len(upper))
-    one = np.ones(len(upper))
-    spread = _shepard(vertices, vertices[upper], sigma=2.5)
-    follow = np.minimum(reach[:, None] / reach[upper][None, :], 1.0) * skin[:, None]
-    away = _unit(closed[upper] - vertices[upper])
+    lower = _on_line(closed, closed[upper], face.contours[f"{side.lower()}_lower_lid"])
+    reach = np.linalg.norm(blink, axis=1)
+    follow = np.minimum(reach[:, None] / np.maximum(reach[upper], 0.5)[None, :], 1.0) * skin[:, None]
+    front = vertices[:, 2] > ball.centre[2] - 0.5 * ball.radius
+    spread = _shepard(vertices, vertices[upper], sigma=3.0) * front[:, None]
     return _compact(
-        upper=sp.csr_matrix((one, (pairs, upper)), (len(upper), n)),
-        lower=sp.csr_matrix((one, (pairs, lower)), (len(upper), n)),
+        upper=_rows_of(upper, len(vertices)),
+        lower=lower,
         spread_upper=sp.csr_matrix(spread * follow),
-        spread_lower=sp.csr_matrix((n, len(upper))),
-        offset=closed[upper] - closed[lower],
-        normal=-away,
+        spread_lower=sp.csr_matrix((len(vertices), len(upper))),
+        offset=closed[upper] - lower @ closed,
+        normal=_unit(vertices[upper] - closed[upper]),
     )
 
 
-def lip_contact(rig: Rig, skin: Bool[np.ndarray, " n"]) -> Contact:
-    """Partners on the two lips, found in the generic neutral face by what the jaw moves and what it leaves."""
-    mesh, jaw = rig.neutral, rig.deltas[rig.index("jawOpen")]
-    normals = vertex_normals(mesh.vertices, mesh.faces)
-    funnel = np.linalg.norm(rig.deltas[rig.index("mouthFunnel")], axis=1) * skin
-    mouth = mesh.vertices[funnel == funnel.max()][0]
-    zone = skin & (np.abs(mesh.vertices - [0, mouth[1], mouth[2]]) < [26, 14, 14]).all(axis=1)
-    middle = zone & (np.abs(mesh.vertices[:, 0]) < 2)
-    split = np.abs(jaw[middle, 1]).max() * 0.45
-    fall = -jaw[:, 1] + split * np.clip(np.abs(mesh.vertices[:, 0]) / 26, 0, 1) * 0.35
-    below, above = zone & (fall > split), zone & (fall < split)
-    facing_up = np.flatnonzero(below & (normals[:, 1] > 0.5))
-    facing_down = np.flatnonzero(above & (normals[:, 1] < -0.5))
-    up_a, lo_a = _partners(mesh, facing_down, below)
-    lo_b, up_b = _partners(mesh, facing_up, above)
-    upper, lower = sp.vstack([up_a, up_b]).tocsr(), sp.vstack([lo_a, lo_b]).tocsr()
-    normal = _unit(lower @ normals - upper @ normals)
-    upright = normal[:, 1] > 0.5
-    upper, lower, normal = upper[upright], lower[upright], normal[upright]
+def lip_contact(face: BundledFace, skin: Bool[np.ndarray, " n"]) -> Contact:
+    """The edges of the lips; each vertex's partner is the nearest point of the other edge in the neutral face."""
+    vertices, jaw = face.rig.neutral.vertices, face.rig.deltas[face.rig.index("jawOpen")]
+    line_upper, line_lower = (face.contours[name][1:-1] for name in ("upper_lip", "lower_lip"))
+    n = len(vertices)
+    upper = _stack(_rows_of(line_upper, n), _on_line(vertices, vertices[line_lower], line_upper))
+    lower = _stack(_on_line(vertices, vertices[line_upper], line_lower), _rows_of(line_lower, n))
+    normals = vertex_normals(vertices, face.rig.neutral.faces)
     fall_upper, fall_lower = -(upper @ jaw)[:, 1], -(lower @ jaw)[:, 1]
-    points = (upper @ mesh.vertices + lower @ mesh.vertices) / 2
-    spread = _shepard(mesh.vertices, points, sigma=4.0) * skin[:, None]
+    points = (upper @ vertices + lower @ vertices) / 2
+    spread = _shepard(vertices, points, sigma=4.0) * skin[:, None]
     share = np.clip((-jaw[:, 1][:, None] - fall_upper) / np.maximum(fall_lower - fall_upper, 1.0), 0, 1)
     return _compact(
         upper=upper,
@@ -142,8 +117,31 @@ def lip_contact(rig: Rig, skin: Bool[np.ndarray, " n"]) -> Contact:
         spread_upper=sp.csr_matrix(spread * (1 - share)),
         spread_lower=sp.csr_matrix(spread * share),
         offset=np.zeros((len(points), 3)),
-        normal=normal,
+        normal=_unit((lower @ normals - upper @ normals) * [0.3, 1.0, 0.3]),
     )
+
+
+def _stack(first: sp.csr_matrix, second: sp.csr_matrix) -> sp.csr_matrix:
+    return sp.csr_matrix(sp.vstack([first, second]))
+
+
+def _rows_of(vertices: Int[np.ndarray, " q"], n: int) -> sp.csr_matrix:
+    """Rows that pick single vertices."""
+    return sp.csr_matrix((np.ones(len(vertices)), (np.arange(len(vertices)), vertices)), (len(vertices), n))
+
+
+def _on_line(
+    vertices: Float[np.ndarray, "n 3"], points: Float[np.ndarray, "q 3"], line: Int[np.ndarray, " k"]
+) -> sp.csr_matrix:
+    """Rows that give the nearest point of the polyline through the vertices `line` to each of `points`."""
+    a, b = vertices[line[:-1]], vertices[line[1:]]
+    along = ((points[:, None] - a) * (b - a)).sum(axis=2) / np.maximum(((b - a) ** 2).sum(axis=1), 1e-12)
+    along = np.clip(along, 0, 1)
+    distance = np.linalg.norm(points[:, None] - a - along[..., None] * (b - a), axis=2)
+    segment, rows = distance.argmin(axis=1), np.arange(len(points))
+    t = along[rows, segment]
+    entries, columns = np.concatenate([1 - t, t]), np.concatenate([line[segment], line[segment + 1]])
+    return sp.csr_matrix((entries, (np.tile(rows, 2), columns)), (len(points), len(vertices)))
 
 
 def _compact(
@@ -154,18 +152,6 @@ def _compact(
     used = [abs(upper).sum(axis=0), abs(lower).sum(axis=0), spread_upper.sum(axis=1).T, spread_lower.sum(axis=1).T]
     m = np.flatnonzero(sum(np.asarray(u).ravel() for u in used))
     return Contact(m, upper[:, m], lower[:, m], spread_upper[m], spread_lower[m], offset, normal)
-
-
-def _partners(mesh: Mesh, ours: Int[np.ndarray, " q"], theirs: Bool[np.ndarray, " n"]):
-    """Rows (vertex of ours, nearest point on the surface of theirs) where the two are within reach."""
-    other, old = submesh(mesh, np.flatnonzero(theirs[mesh.faces].all(axis=1)))
-    found = closest_point(other, mesh.vertices[ours])
-    near = found.distances < LIP_REACH
-    rows, n = np.arange(near.sum()), len(mesh.vertices)
-    own = sp.csr_matrix((np.ones(near.sum()), (rows, ours[near])), (len(rows), n))
-    columns = old[other.faces[found.faces[near]]].ravel()
-    partner = sp.csr_matrix((found.barycentric[near].ravel(), (np.repeat(rows, 3), columns)), (len(rows), n))
-    return own, partner
 
 
 def _shepard(vertices: np.ndarray, points: np.ndarray, sigma: float) -> np.ndarray:

@@ -8,7 +8,7 @@ from jaxtyping import Float
 from ..errors import BadInput
 from ..faces.bundled import BundledFace, load_face
 from ..faces.held_out import load_held_out_targets
-from .anatomy import Ball, Contact, Hinge, eyeball, jaw_hinge, lid_contact, lip_contact
+from .anatomy import Contact, Hinge, eyeball, jaw_hinge, lid_contact, lip_contact
 from .fields import symmetric_field
 from .performer import Performer, feature_basis, keep_off
 from .style import VECTOR, StyleConfig, bows, interactions, jaw_arcs, styled_units
@@ -47,7 +47,7 @@ def make_performer(seed: int, config: PerformerConfig | None = None) -> Performe
     shifted = face.rig.neutral.vertices + random_shape(face, config, rng_shape)
     skin = np.zeros(len(shifted), dtype=bool)
     skin[face.parts["skin"]] = True
-    lips = lip_contact(face.rig, skin)
+    lips = lip_contact(face, skin)
     neutral = _settle(face, shifted, lips, skin)
     return _assemble(face, neutral, skin, lips, config.style, rng_style)
 
@@ -62,10 +62,10 @@ def random_shape(
     points = face.rig.neutral.vertices
     noise = symmetric_field(rng, points, (35.0, 110.0), VECTOR, asymmetry=0.35)
     noise *= config.displacement / np.sqrt((noise[face.parts["skin"]] ** 2).sum(axis=1).mean())
-    for eye in ("left_eye", "right_eye"):
-        ball = eyeball(face.rig, face.parts[eye])
+    for side in ("Left", "Right"):
+        ball = eyeball(face, points, side)
         window = np.exp(-((np.linalg.norm(points - ball.centre, axis=1) / EYE_WINDOW) ** 4))[:, None]
-        noise = (1 - window) * noise + window * noise[face.parts[eye]].mean(axis=0)
+        noise = (1 - window) * noise + window * noise[ball.vertices].mean(axis=0)
     for teeth in ("upper_teeth", "lower_teeth", "tongue"):
         noise[face.parts[teeth]] = noise[face.parts["upper_teeth"]].mean(axis=0)
     return shape + noise
@@ -83,25 +83,17 @@ def _held_out(config: PerformerConfig, rng: np.random.Generator) -> Float[np.nda
 
 
 def _settle(face: BundledFace, vertices: np.ndarray, lips: Contact, skin: np.ndarray) -> np.ndarray:
-    """Close the lips, keep lids outside the eyeballs, and keep teeth in their rows."""
+    """Close the lips and keep the lids outside the eyeballs."""
     vertices = vertices.copy()
-    for _ in range(6):
+    for _ in range(12):
         upper, lower = lips.points(vertices)
-        apart = ((upper - lower) * lips.normal).sum(axis=1)
-        half = (np.maximum(apart, -0.5) - 0.05)[:, None] * lips.normal / 2
+        half = ((upper - lower) * lips.normal).sum(axis=1)[:, None] * lips.normal / 2
         vertices[lips.vertices] += lips.spread_lower @ half - lips.spread_upper @ half
-    for eye in ("left_eye", "right_eye"):
-        ball = _ball_of(vertices, face.parts[eye])
-        generic = eyeball(face.rig, face.parts[eye])
-        outside = face.rig.neutral.vertices - generic.centre + ball.centre
-        keep_off(vertices[None], outside, ball, skin)
+    usual = face.rig.neutral.vertices
+    for side in ("Left", "Right"):
+        ball, generic = eyeball(face, vertices, side), eyeball(face, usual, side)
+        keep_off(vertices[None], usual - generic.centre + ball.centre, ball, skin)
     return vertices
-
-
-def _ball_of(vertices: np.ndarray, part: np.ndarray) -> Ball:
-    points = vertices[part]
-    centre = (points.min(axis=0) + points.max(axis=0)) / 2
-    return Ball(centre, float(np.linalg.norm(points - centre, axis=1).max()), part)
 
 
 def _assemble(
@@ -109,9 +101,9 @@ def _assemble(
     rng: np.random.Generator,
 ) -> Performer:
     """The performer on a finished neutral face."""
-    rig = face.rig
-    eyes = {s: _ball_of(neutral, face.parts[f"{s.lower()}_eye"]) for s in ("Left", "Right")}
-    lids = {s: lid_contact(rig, eyeball(rig, face.parts[f"{s.lower()}_eye"]), s, skin) for s in eyes}
+    rig = face.rig.with_shapes(face.rig.neutral, face.fitted_deltas(neutral))
+    eyes = {side: eyeball(face, neutral, side) for side in ("Left", "Right")}
+    lids = {side: lid_contact(face, eyeball(face, rig.neutral.vertices, side), side, skin) for side in eyes}
     generic = jaw_hinge(rig, face.parts["lower_teeth"])
     shift = (neutral - rig.neutral.vertices)[face.parts["lower_teeth"]].mean(axis=0) * [0, 1, 1]
     hinge = Hinge(generic.centre + shift, generic.angle * (1 + 0.5 * style.gain * float(np.clip(rng.normal(), -2, 2))))

@@ -101,13 +101,14 @@ def close_lids(
     Past `closing` = 0.6 the partners' distance is drawn to none, reached at 1; below, only overlap is undone.
     """
     own = points[:, lids.vertices]
-    gap = _rows(lids.lower, own) + lids.offset - _rows(lids.upper, own)
     drawn = smoothstep((closing - 0.6) / 0.4)[:, None, None]
-    overlap = np.maximum((gap * lids.normal).sum(axis=2, keepdims=True), 0.0) * lids.normal
     upper, lower = lids.points(neutral)
-    apart = ((lower + lids.offset - upper) * lids.normal).sum(axis=1) < 0
-    overlap = overlap * apart[:, None]
-    points[:, lids.vertices] = own + _rows(lids.spread_upper, drawn * gap + (1 - drawn) * overlap)
+    apart = ((lower + lids.offset - upper) * lids.normal).sum(axis=1, keepdims=True) < 0
+    for _ in range(3):
+        gap = _rows(lids.lower, own) + lids.offset - _rows(lids.upper, own)
+        overlap = apart * np.maximum((gap * lids.normal).sum(axis=2, keepdims=True), 0.0) * lids.normal
+        own = own + _rows(lids.spread_upper, drawn * gap + (1 - drawn) * overlap)
+    points[:, lids.vertices] = own
 
 
 def keep_off(
