@@ -15,8 +15,9 @@ def vertex_normals(vertices, faces):
     out = np.zeros_like(vertices)
     for f in range(faces.shape[0]):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-        ux, uy, uz = (vertices[b, d] - vertices[a, d] for d in range(3))
-        vx, vy, vz = (vertices[c, d] - vertices[a, d] for d in range(3))
+        x, y, z = vertices[a, 0], vertices[a, 1], vertices[a, 2]
+        ux, uy, uz = vertices[b, 0] - x, vertices[b, 1] - y, vertices[b, 2] - z
+        vx, vy, vz = vertices[c, 0] - x, vertices[c, 1] - y, vertices[c, 2] - z
         nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
         for i in (a, b, c):
             out[i, 0] += nx
@@ -25,7 +26,8 @@ def vertex_normals(vertices, faces):
     for i in range(out.shape[0]):
         length = np.sqrt(out[i, 0] ** 2 + out[i, 1] ** 2 + out[i, 2] ** 2)
         if length > 0:
-            out[i] /= length
+            for d in range(3):
+                out[i, d] /= length
     return out
 
 
@@ -79,6 +81,35 @@ def plane_rows(basis, rotation, points, found, plane, weight, centre, scale):
         right[m] = root * r
         m += 1
     return rows[:m], right[:m]
+
+
+@no_type_check
+@numba.njit(cache=True, nogil=True, fastmath=MATHS, error_model="numpy")
+def normal_equations(rows, right):
+    """rows' rows (c, c) and rows' right (c,), float32, for tall float32 rows (m, c).
+
+    Four rows at a time, in one thread: at this size a BLAS spends longer waking its threads up.
+    """
+    m, c = rows.shape
+    A, b = np.zeros((c, c), np.float32), np.zeros(c, np.float32)
+    for i in range(0, m - 3, 4):
+        r0, r1, r2, r3 = rows[i], rows[i + 1], rows[i + 2], rows[i + 3]
+        s0, s1, s2, s3 = right[i], right[i + 1], right[i + 2], right[i + 3]
+        for p in range(c):
+            a0, a1, a2, a3 = r0[p], r1[p], r2[p], r3[p]
+            line = A[p]
+            for q in range(p, c):
+                line[q] += a0 * r0[q] + a1 * r1[q] + a2 * r2[q] + a3 * r3[q]
+            b[p] += a0 * s0 + a1 * s1 + a2 * s2 + a3 * s3
+    for i in range(m - m % 4, m):
+        for p in range(c):
+            for q in range(p, c):
+                A[p, q] += rows[i, p] * rows[i, q]
+            b[p] += rows[i, p] * right[i]
+    for p in range(c):
+        for q in range(p):
+            A[p, q] = A[q, p]
+    return A, b
 
 
 @no_type_check

@@ -29,6 +29,11 @@ def plane_rows(basis, rotation, points, found, plane, weight, centre, scale):
     return root[:, None] * np.concatenate([shapes, np.cross(p - centre, n), n], 1), root * r
 
 
+def normal_equations(rows, right):
+    """rows' rows (c, c) and rows' right (c,)."""
+    return rows.T @ rows, rows.T @ right
+
+
 def solve_factored(starts, indices, values, pivots, order, right):
     """Solve P' L D L' P x = right for the columns of `right` (n, 3)."""
     n = len(pivots)

@@ -13,12 +13,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float, Int
 
-from .._kernels import track
-from ..solve.boxls import box_least_squares
+from .._kernels import icp, track
 from ..transforms import Transform
 from .features import FEATURES, LIDS, LIPS
 from .model import POINTS, TrackingModel
 from .observe import Sighting
+from .resolve import box_solve
 from .rigid import LEVER, Correspondences, RigidConfig, correspond, moved
 
 Rows = tuple[np.ndarray, np.ndarray]
@@ -31,22 +31,29 @@ class FitConfig:
 
     rounds: int = 3
     """Times that correspondences are found anew."""
-    features: float = 13.8
-    """Weight of a 2D feature, 5e-5 of the paper in our units; 0 = depth alone."""
-    gaps: float = 30.0
+    features: float = 1.0
+    """Weight of a 2D feature; 0 = depth alone. The paper's is 13.8; MediaPipe's points err by 0.5 to 1 mm in ways that
+    do not average out, so that here they are worth less."""
+    gaps: float = 1.0
     """Weight of the opening between two lids or lips, which noise common to both does not touch; 0 = none."""
     soft: float = 12.0
     """Residuals much above this lose weight, mm. Large = plain least squares."""
-    ridge: float = 8.0
+    ridge: float = 20.0
     """Weight of each squared coefficient."""
-    sparse: float = 4.0
+    sparse: float = 20.0
     """Weight of each coefficient's absolute value: prefers few shapes."""
-    still: float = 8.0
+    still: float = 20.0
     """Weight of the squared change since the last frame."""
     scores: float = 0.0
     """Weight of the squared distance to the landmarker's own scores; for what depth cannot see it is more."""
     gaze: float = 60.0
     """The same for gaze shapes, which move nothing that depth could see."""
+    relative: bool = True
+    """Beside depth, let features speak of one another's places alone, not of the head's: their errors have much in
+    common, and depth knows better where the head is. False = the paper's."""
+    settle: float = 1.0
+    """After each solve the head's pose is measured anew on the steadiest vertices, residuals above this (mm) losing
+    weight; 0 = not."""
     pose: bool = True
     """Let the head move along with the coefficients (past the paper: sec. 4.1 alone leaves up to 3 mm)."""
 
@@ -82,7 +89,8 @@ def fit_blendshapes(
             terms.append(depth_term(model, match, T_camera_face, centre, config))
             error, covered = plane_error(match), float(model.share[match.weight > 0].sum())
         if sighting.sight is not None and config.features:
-            terms.append(feature_term(model, ids, sighting.sight[ids], x, T_camera_face, centre, config))
+            seen = feature_term(model, ids, sighting.sight[ids], x, T_camera_face, centre, config)
+            terms.append(without_head(*seen) if config.relative and sighting.depth is not None else seen)
             terms.append(gap_term(model, sighting.sight, x, T_camera_face, centre, config))
         A, b = normal_equations(terms, model.shapes)
         _add_priors(A, b, model, x, before, sighting.scores, config)
@@ -91,7 +99,18 @@ def fit_blendshapes(
         motion = change[model.shapes :].copy()
         motion[:3] /= LEVER
         T_camera_face = moved(T_camera_face, motion, centre)
+        if sighting.depth is not None and config.settle:
+            T_camera_face = settle(model, x, T_camera_face, sighting, config, rigid)
     return FitResult(x, T_camera_face, error, covered)
+
+
+def settle(model, x, T_camera_face, sighting, config, rigid) -> Transform:
+    """One ICP step of the fitted face, measured on the vertices that expressions move least."""
+    match = correspond(model.blend(x), model.faces, T_camera_face, sighting, rigid)
+    centre = T_camera_face.apply(model.centre[None])[0]
+    weight = match.weight * model.steady
+    A, b, _, _ = icp.rigid_system(match.points, match.found, match.plane, weight, centre, config.settle)
+    return moved(T_camera_face, np.linalg.solve(A + 1e-9 * np.trace(A) * np.eye(6), b), centre)
 
 
 def depth_term(
@@ -131,6 +150,13 @@ def feature_term(
     root = np.sqrt(config.features * len(FEATURES) / max(len(ids), 1)) / (1 + (right**2).sum(1) / config.soft**2)
     rows = np.einsum("jab,jbc->jac", H * root[:, None, None], J)
     return rows.reshape(-1, J.shape[2]), (right * root[:, None]).ravel()
+
+
+def without_head(rows: Float[np.ndarray, "rows c"], right: Float[np.ndarray, " rows"]) -> Rows:
+    """Feature rows from which a shift common to all, and any say in the head's pose, are taken out."""
+    pairs, offsets = rows.reshape(-1, 2, rows.shape[1]).copy(), right.reshape(-1, 2)
+    pairs[:, :, -6:] = 0.0
+    return (pairs - pairs.mean(0)).reshape(rows.shape), (offsets - offsets.mean(0)).ravel()
 
 
 def gap_term(
@@ -179,8 +205,9 @@ def normal_equations(terms: list[Rows], shapes: int) -> tuple[Float[np.ndarray, 
     """Sum of J'J and of J'r over the terms, float64 (c = shapes + 6)."""
     A, b = np.zeros((shapes + 6, shapes + 6)), np.zeros(shapes + 6)
     for rows, right in terms:
-        A += rows.T @ rows
-        b += rows.T @ right
+        gram, product = track.normal_equations(rows.astype(np.float32), right.astype(np.float32))
+        A += gram
+        b += product
     return A, b
 
 
@@ -217,8 +244,7 @@ def _solve(A: np.ndarray, b: np.ndarray, x: np.ndarray, pose: bool) -> np.ndarra
     k = len(x)
     free = np.full(6, np.inf if pose else 0.0)
     A[range(k, k + 6), range(k, k + 6)] += 1e-6 * np.trace(A) / len(A)
-    result = box_least_squares(A, b[None], np.r_[-x, -free], np.r_[1 - x, free], warm=np.zeros((1, k + 6)))
-    return result.values[0]
+    return box_solve(A, b, np.r_[-x, -free], np.r_[1 - x, free], np.zeros(k + 6))
 
 
 def at_rest(config: FitConfig) -> FitConfig:

@@ -44,6 +44,8 @@ class TrackingModel:
     """What each shape does to them."""
     centre: Float[np.ndarray, " 3"]
     """Middle of the front, face space, mm: what the head's small turns are about."""
+    steady: Float32[np.ndarray, " f"]
+    """Share times how little the shapes move a vertex along its normal: what the head's pose is measured on."""
     gaze: Bool[np.ndarray, " k"]
     """Shapes that turn the eyes and hardly move the skin."""
     scale_mm: float
@@ -96,6 +98,7 @@ def tracking_model(rig: Rig, landmarks: LandmarkMap, reach: float = 45.0) -> Tra
         landmark_neutral=landmarks.attachment.points(mesh),
         landmark_basis=_landmark_basis(rig, landmarks),
         centre=mesh.vertices[front].mean(0),
+        steady=_steady(rig, front, area),
         gaze=np.array([name.startswith("eyeLook") for name in rig.names]),
         scale_mm=_eye_span(landmarks, mesh),
     )
@@ -133,6 +136,14 @@ def _fade(faces: np.ndarray, rim: np.ndarray, rings: int = 3) -> np.ndarray:
         reached = np.minimum(near @ reached, 1.0)
         fade = np.where((reached > 0) & (fade == 1), ring / rings, fade)
     return fade.astype(np.float32)
+
+
+def _steady(rig: Rig, front: np.ndarray, area: np.ndarray, still: float = 2.0) -> np.ndarray:
+    """Weights that add up to 1 and halve where the shapes together move a vertex by `still` mm along its normal."""
+    normals = vertex_normals(rig.neutral.vertices, rig.neutral.faces)[front]
+    along = np.sqrt((np.einsum("kfd,fd->kf", rig.deltas[:, front], normals) ** 2).sum(0))
+    weights = area / (1 + (along / still) ** 2)
+    return (weights / weights.sum()).astype(np.float32)
 
 
 def _landmark_basis(rig: Rig, landmarks: LandmarkMap) -> np.ndarray:

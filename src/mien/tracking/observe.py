@@ -29,6 +29,10 @@ class Sighting:
         c = self.camera
         return np.array([c.fx, c.fy, c.cx, c.cy])
 
+    def moved(self, sight: Float[np.ndarray, "478 2"]) -> "Sighting":
+        """The same with the landmarks elsewhere."""
+        return replace(self, sight=sight)
+
     def without_landmarks(self) -> "Sighting":
         """The depth alone."""
         return replace(self, sight=None, scores=None)
@@ -42,7 +46,7 @@ class ObserveConfig:
     """Least side of the window round the face, pixels at 640 x 480; 0 = the whole image."""
     margin: int = 16
     """Pixels round the model's outline."""
-    radius: int = 2
+    radius: int = 1
     """Half width of the smoothing window, pixels; 0 = no smoothing."""
     depth_sigma: float = 4.0
     """Steps larger than three times this, mm, are kept sharp."""

@@ -3,7 +3,8 @@
 import numpy as np
 from jaxtyping import Float
 
-from ..solve.boxls import box_least_squares
+from .._kernels.boxls import solve_chunk
+from ..solve.boxls import TOLERANCE
 from .model import POINTS, TrackingModel
 
 
@@ -21,4 +22,17 @@ class Resolver:
     def weights(self, vertices: Float[np.ndarray, "f 3"], near: Float[np.ndarray, " k"]) -> Float[np.ndarray, " k"]:
         """Coefficients for the front at `vertices` (mm); where the mesh does not say, those `near`."""
         right = self._right @ (vertices - self._model.neutral).astype(np.float32).ravel() + self._still * near
-        return box_least_squares(self._gram, right[None].astype(np.float64), warm=near[None]).values[0]
+        return box_solve(self._gram, right.astype(np.float64), np.zeros(len(near)), np.ones(len(near)), near)
+
+
+def box_solve(
+    gram: Float[np.ndarray, "k k"],
+    linear: Float[np.ndarray, " k"],
+    lower: Float[np.ndarray, " k"],
+    upper: Float[np.ndarray, " k"],
+    warm: Float[np.ndarray, " k"],
+) -> Float[np.ndarray, " k"]:
+    """`mien.solve.boxls.box_least_squares` for one frame, in the calling thread."""
+    values, breach, pivots = np.empty((1, len(linear))), np.empty(1), np.empty(1, np.int64)
+    solve_chunk(0, 1, gram[None], linear[None], lower, upper, warm[None], TOLERANCE, values, breach, pivots)
+    return values[0]

@@ -9,7 +9,7 @@ from jaxtyping import Float, Float32
 from ..camera import Camera
 from ..depth import RGBDFrame
 from ..faces.landmarks import Landmarks2D
-from ..solve import kalman
+from ..solve import kalman as filters
 from ..solve.incremental_pca import IncrementalPca, IncrementalPcaConfig
 from ..transforms import Transform
 from .adaptive import (
@@ -21,6 +21,7 @@ from .adaptive import (
     feature_offsets,
     weighted_subspace,
 )
+from .bias import Bias, BiasConfig, corrected, learn, no_bias
 from .detect import detect
 from .fit import FitConfig, at_rest, fit_blendshapes
 from .model import TrackingModel
@@ -36,10 +37,11 @@ class TrackConfig:
     observe: ObserveConfig = field(default_factory=ObserveConfig)
     rigid: RigidConfig = field(default_factory=RigidConfig)
     fit: FitConfig = field(default_factory=FitConfig)
-    kalman: kalman.KalmanConfig = field(default_factory=kalman.KalmanConfig)
+    kalman: filters.KalmanConfig = field(default_factory=filters.KalmanConfig)
     deform: DeformConfig = field(default_factory=DeformConfig)
     pca: IncrementalPcaConfig = field(default_factory=lambda: IncrementalPcaConfig(warm_up=30))
     """The paper waits for a full buffer of 200 samples before the first update; 30 learn sooner."""
+    bias: BiasConfig = field(default_factory=BiasConfig)
     smooth: bool = True
     """The Kalman filter on the coefficients."""
     adaptive: bool = True
@@ -95,11 +97,13 @@ class TrackState:
     T_camera_face: Transform
     vertices: Float32[np.ndarray, "f 3"]
     """v4 of the last frame, face space, mm."""
-    weights: kalman.KalmanState | None
+    weights: filters.KalmanState | None
     """Filter of the blendshape coefficients; None until the first frame."""
     learner: IncrementalPca
     """The correctives, in coordinates times the root of the share."""
     correctives: Subspace | None
+    bias: Bias
+    """Standing errors of the features."""
     lost: bool
     time: float
     """Seconds, of the last frame."""
@@ -139,6 +143,7 @@ def begin(tools: Tools, config: TrackConfig = TrackConfig()) -> TrackState:
         weights=None,
         learner=IncrementalPca(model.neutral.size, config.pca),
         correctives=None,
+        bias=no_bias(config.bias),
         lost=True,
         time=-np.inf,
     )
@@ -180,6 +185,7 @@ def step(
         return _lost(tools, state, frame)
     if late and not state.lost:
         sighting = carried(sighting, state, T_camera_face, model)
+    raw, sighting = sighting, corrected(sighting, state.bias, T_camera_face, T_camera_face.translation[2], config.bias)
     x, T_camera_face, filtered = _blendshapes(tools, frame, sighting, T_camera_face, state, config)
     watch.lap("initial blendshapes")
     v1 = model.blend(x)
@@ -188,10 +194,11 @@ def step(
     v4 = _output(tools, sighting, v3, T_camera_face, config)
     watch.lap("output deformation")
     distances, learnt, correctives = _learn(tools, v2, v4, state, config)
+    bias = learn(state.bias, model, v3, raw, T_camera_face, config.bias)
     watch.lap("incremental PCA")
     weights = tools.resolver.weights(v4, x)
     watch.lap("weights anew")
-    after = TrackState(T_camera_face, v4, filtered, state.learner, correctives, False, frame.time)
+    after = TrackState(T_camera_face, v4, filtered, state.learner, correctives, bias, False, frame.time)
     return after, TrackResult(True, T_camera_face, x, weights, v1, v4, error, *distances, learnt)
 
 
@@ -208,9 +215,9 @@ def _blendshapes(tools, frame, sighting: Sighting, T_camera_face, state: TrackSt
     fitting = at_rest(config.fit) if fresh else config.fit
     fit = fit_blendshapes(tools.model, sighting, before, T_camera_face, fitting, config.rigid)
     if fresh or not config.smooth:
-        return fit.weights, fit.T_camera_face, kalman.start(fit.weights, config.kalman)
+        return fit.weights, fit.T_camera_face, filters.start(fit.weights, config.kalman)
     dt = max(frame.time - state.time, 1e-3)
-    filtered = kalman.step(state.weights, fit.weights, dt, config.kalman)
+    filtered = filters.step(state.weights, fit.weights, dt, config.kalman)
     return np.clip(filtered.values, 0, 1), fit.T_camera_face, filtered
 
 

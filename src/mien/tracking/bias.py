@@ -1,0 +1,87 @@
+"""What the landmarker always gets wrong about one face, as a function of the head's turn, learnt while tracking.
+
+A 2D landmark has no exact place on the skin: as the head turns, and from person to person, it wanders by a millimetre
+or two, the same way each time. Recursive least squares keep, for each of the 40 features, a line in yaw and pitch
+through the offsets between where it was seen and where the tracked face had it. The features share one 3 x 3
+covariance, so that an update costs microseconds; old offsets are forgotten slowly, and before anything is learnt the
+correction is zero.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from ..transforms import Transform
+from .features import FEATURES
+from .model import TrackingModel
+from .observe import Sighting
+
+
+@dataclass(frozen=True)
+class BiasConfig:
+    """Learning of the features' standing errors."""
+
+    memory: float = 600.0
+    """Frames after which an offset counts 1/e; 0 = learn nothing, correct nothing."""
+    caution: float = 30.0
+    """Frames' worth of belief in no error at all, to start from."""
+    turn: float = 0.2
+    """Radians of yaw or pitch that count like the constant part."""
+    largest: float = 8.0
+    """Offsets above this are not learnt from, mm."""
+
+
+@dataclass(frozen=True)
+class Bias:
+    """What has been learnt."""
+
+    coefficients: Float[np.ndarray, "3 40 2"]
+    """Constant, by pitch, by yaw; millimetres at the face."""
+    covariance: Float[np.ndarray, "3 3"]
+
+
+def no_bias(config: BiasConfig = BiasConfig()) -> Bias:
+    """Nothing learnt yet."""
+    return Bias(np.zeros((3, len(FEATURES), 2)), np.eye(3) / max(config.caution, 1e-6))
+
+
+def corrected(sighting: Sighting, bias: Bias, T_camera_face: Transform, z: float, config: BiasConfig) -> Sighting:
+    """The sighting with its 40 features moved by what they are wrong for this turn of the head; `z` in mm."""
+    if sighting.sight is None or not config.memory:
+        return sighting
+    sight = sighting.sight.copy()
+    sight[list(FEATURES)] -= np.tensordot(_turn(T_camera_face, config), bias.coefficients, axes=1) / z
+    return sighting.moved(sight)
+
+
+def learn(
+    bias: Bias,
+    model: TrackingModel,
+    vertices: Float[np.ndarray, "f 3"],
+    raw: Sighting,
+    T_camera_face: Transform,
+    config: BiasConfig,
+) -> Bias:
+    """Compare the features as seen (`raw`) with the tracked face, the offset common to all left out."""
+    if raw.sight is None or not config.memory:
+        return bias
+    points = T_camera_face.apply(model.picks @ vertices.astype(np.float64))
+    offsets = raw.sight[list(FEATURES)] * points[:, 2:] - points[:, :2]
+    offsets -= np.median(offsets, axis=0)
+    turn = _turn(T_camera_face, config)
+    surprise = offsets - np.tensordot(turn, bias.coefficients, axes=1)
+    surprise[np.linalg.norm(offsets, axis=1) > config.largest] = 0
+    keep = np.exp(-1.0 / config.memory)
+    gain = bias.covariance @ turn / (keep + turn @ bias.covariance @ turn)
+    covariance = (bias.covariance - np.outer(gain, turn @ bias.covariance)) / keep
+    largest = np.eye(3) / max(config.caution, 1e-6)
+    if np.trace(covariance) > np.trace(largest):
+        covariance *= np.trace(largest) / np.trace(covariance)
+    return Bias(bias.coefficients + gain[:, None, None] * surprise, covariance)
+
+
+def _turn(T_camera_face: Transform, config: BiasConfig) -> Float[np.ndarray, " 3"]:
+    """1, pitch, yaw: from where the face's z axis points."""
+    ahead = T_camera_face.rotation[:, 2]
+    return np.array([1.0, np.arcsin(np.clip(ahead[1], -1, 1)) / config.turn, np.arctan2(ahead[0], -ahead[2]) / config.turn])
