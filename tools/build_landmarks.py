@@ -10,6 +10,7 @@ on the margins of lids and lips where they belong there, and fixed on the neares
 """
 
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -172,7 +173,7 @@ def on_edges(face: BundledFace, pose: Mesh, points: np.ndarray, group: str) -> n
 def dense(line: np.ndarray) -> np.ndarray:
     """A polyline with 40 points a segment."""
     share = np.linspace(0, 1, 40, endpoint=False)[:, None]
-    segments = [a + (b - a) * share for a, b in zip(line[:-1], line[1:], strict=True)]
+    segments = [a + (b - a) * share for a, b in pairwise(line)]
     return np.concatenate([*segments, line[-1:]])
 
 
