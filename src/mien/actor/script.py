@@ -41,8 +41,8 @@ def scripted(rate: float = 120.0, seconds: float = 40.0, seed: int = 0) -> Scrip
     """
     weights, rng = _blank(rate, seconds, 10.0), np.random.default_rng([seed, 3])
     t = len(weights)
-    marks = (np.array([0.0, 0.08, 0.40, 0.64, 1.0]) * t).astype(int)
-    cues = [("calm", 0, int(marks[1]))]
+    marks = [int(share * t) for share in (0.0, 0.08, 0.40, 0.64, 1.0)]
+    cues = [("calm", 0, marks[1])]
     cues += _in_turn(weights, [(n, {n: 1.0}) for n in UNITS_IN_TURN], marks[1], marks[2], rate, rng)
     cues += _speech(weights, marks[2], marks[3], rate, rng)
     emotions = list(EMOTIONS.items())
