@@ -50,6 +50,13 @@ def test_interpolation_and_texture_agree_with_their_twins(rng):
     np.testing.assert_allclose(kernel, shade_twin.bilinear(texture, LINEAR_OF_BYTE, uv), atol=2e-5)
 
 
+def test_lift_agrees_with_its_twin(rng):
+    points, normals = rng.normal(size=(9, 3)), rng.normal(size=(9, 3))
+    corners, weights = rng.integers(0, 9, (50, 3)), rng.dirichlet((1, 1, 1), 50)
+    kernel = shade.lift(points, normals, corners, weights, threads=2)
+    np.testing.assert_allclose(kernel, shade_twin.lift(points, normals, corners, weights), atol=1e-6)
+
+
 def surface_samples(rng, count=300):
     return {
         "normals": rng.normal(size=(count, 3)).astype(np.float32) * 3,
@@ -67,6 +74,7 @@ def test_light_agrees_with_its_twin(rng):
         albedo=rng.random((count, 3), dtype=np.float32),
         open_sky=rng.random(count, dtype=np.float32),
         shadow=rng.random(count, dtype=np.float32),
+        wet=rng.random(count, dtype=np.float32),
         lamps=np.column_stack([directions, rng.random((3, 4))]),
         ambient=rng.random((2, 3)),
         skin=np.array([0.3, 0.2, 0.0, 0.04, 0.4]),

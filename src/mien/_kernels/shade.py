@@ -10,6 +10,9 @@ from ._spread import spread
 SHOULDER = 0.75
 """Linear light above this bends smoothly towards 1, so that highlights keep their shape."""
 
+WET = (0.04, 0.22)
+"""Reflectance and roughness of a wet surface."""
+
 
 def interpolate(values, corners, weights, threads=0):
     """Corner values at samples.
@@ -49,7 +52,26 @@ def bilinear(texture, curve, uv, threads=0):
     return out
 
 
-def light(normals, points, albedo, open_sky, shadow, lamps, ambient, skin, threads=0):
+def lift(points, normals, corners, weights, threads=0):
+    """Samples moved from their flat triangles out to the smooth surface that the vertex normals speak of, so that
+    coarse triangles do not shadow themselves where the smooth surface would not (Hanika 2021).
+
+    Args:
+        points, normals: (n, 3) of the vertices; unit normals.
+        corners: (s, 3).
+        weights: (s, 3) barycentric coordinates.
+
+    Returns:
+        (s, 3) float32.
+    """
+    points, normals, weights = (np.ascontiguousarray(x, dtype=np.float64) for x in (points, normals, weights))
+    corners = np.ascontiguousarray(corners, dtype=np.int64)
+    out = np.empty((len(corners), 3), np.float32)
+    spread(lambda a, b: _lift(points, normals, corners, weights, a, b, out), len(corners), threads)
+    return out
+
+
+def light(normals, points, albedo, open_sky, shadow, wet, lamps, ambient, skin, threads=0):
     """Light that leaves each sample towards the camera at the origin, linear.
 
     Diffuse light wraps round the terminator by `skin[c]`, a share of one, in each colour (light bleeds under the skin,
@@ -60,6 +82,7 @@ def light(normals, points, albedo, open_sky, shadow, lamps, ambient, skin, threa
         albedo: (s, 3) float32, linear.
         open_sky: (s,) float32, 1 = unoccluded.
         shadow: (s,) float32, the share of lamp 0 that arrives.
+        wet: (s,) float32, 0 = as `skin` says, 1 = wet like an eye.
         lamps: (l, 7): unit direction towards the lamp, colour, share of it that mirrors.
         ambient: (2, 3): light from above (-y) and from below.
         skin: (5,): wrap in red, green, blue; reflectance at normal incidence; roughness.
@@ -67,10 +90,11 @@ def light(normals, points, albedo, open_sky, shadow, lamps, ambient, skin, threa
     Returns:
         (s, 3) float32.
     """
-    n, p, al, sky, sh = (np.ascontiguousarray(x, dtype=np.float32) for x in (normals, points, albedo, open_sky, shadow))
+    n, p, al = (np.ascontiguousarray(x, dtype=np.float32) for x in (normals, points, albedo))
+    shares = np.ascontiguousarray(np.stack([open_sky, shadow, wet], 1), dtype=np.float32)
     lamps, ambient, skin = (np.ascontiguousarray(x, dtype=np.float64) for x in (lamps, ambient, skin))
     out = np.empty((len(normals), 3), np.float32)
-    spread(lambda a, b: _light(n, p, al, sky, sh, lamps, ambient, skin, a, b, out), len(normals), threads)
+    spread(lambda a, b: _light(n, p, al, shares, lamps, ambient, skin, a, b, out), len(normals), threads)
     return out
 
 
@@ -104,6 +128,23 @@ def _interpolate(values, corners, weights, first, last, out):
         a, b, g = weights[s, 0], weights[s, 1], weights[s, 2]
         for c in range(values.shape[1]):
             out[s, c] = a * values[i, c] + b * values[j, c] + g * values[k, c]
+
+
+@no_type_check
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+def _lift(points, normals, corners, weights, first, last, out):
+    for s in range(first, last):
+        x, y, z = 0.0, 0.0, 0.0
+        for k in range(3):
+            w, corner = weights[s, k], points[corners[s, k]]
+            x, y, z = x + w * corner[0], y + w * corner[1], z + w * corner[2]
+        dx, dy, dz = 0.0, 0.0, 0.0
+        for k in range(3):
+            corner, n = points[corners[s, k]], normals[corners[s, k]]
+            below = (x - corner[0]) * n[0] + (y - corner[1]) * n[1] + (z - corner[2]) * n[2]
+            rise = -weights[s, k] * min(below, 0.0)
+            dx, dy, dz = dx + rise * n[0], dy + rise * n[1], dz + rise * n[2]
+        out[s, 0], out[s, 1], out[s, 2] = x + dx, y + dy, z + dz
 
 
 @no_type_check
@@ -148,15 +189,15 @@ def _gloss(n, v, l, f0, roughness):
 
 @no_type_check
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
-def _light(normals, points, albedo, open_sky, shadow, lamps, ambient, skin, first, last, out):
-    f0, roughness = skin[3], skin[4]
+def _light(normals, points, albedo, shares, lamps, ambient, skin, first, last, out):
     for s in range(first, last):
         n = _unit(normals[s, 0], normals[s, 1], normals[s, 2])
         v = _unit(-points[s, 0], -points[s, 1], -points[s, 2])
         facing = max(n[0] * v[0] + n[1] * v[1] + n[2] * v[2], 0.0)
-        sky, clear = 0.5 - 0.5 * n[1], open_sky[s]
+        sky, clear, wet = 0.5 - 0.5 * n[1], shares[s, 0], shares[s, 2]
+        f0, roughness = skin[3] + wet * (WET[0] - skin[3]), skin[4] + wet * (WET[1] - skin[4])
         # rough dark hair has little of the sheen that smooth skin has at a grazing angle
-        smooth = min(4 * (albedo[s, 0] + albedo[s, 1] + albedo[s, 2]) / 3, 1.0)
+        smooth = min(4 * (albedo[s, 0] + albedo[s, 1] + albedo[s, 2]) / 3 + wet, 1.0)
         sheen = (f0 + (1 - f0) * (1 - facing) ** 5) * 0.35 * clear * clear * smooth
         for c in range(3):
             around = sky * ambient[0, c] + (1 - sky) * ambient[1, c]
@@ -170,13 +211,15 @@ def _light(normals, points, albedo, open_sky, shadow, lamps, ambient, skin, firs
                 # past the terminator the lamp's shadow says nothing: there the open sky decides
                 fade = min(max(cosine / 0.25, 0.0), 1.0)
                 fade = fade * fade * (3 - 2 * fade)
-                through, polish = fade * shadow[s] + (1 - fade) * clear * clear, 1.0
-            gloss = lamps[lamp, 6] * polish * clear * _gloss(n, v, l, f0, roughness)
+                through, polish = fade * shares[s, 1] + (1 - fade) * clear * clear, 1.0
+            # a cornea bulges from its ball and looks out from under the lids: lamps mirror nearer its middle, unshaded
+            to = _unit(l[0] + wet * v[0], l[1] + wet * v[1], l[2] + wet * v[2])
+            gloss = lamps[lamp, 6] * polish * _gloss(n, v, to, f0, roughness) * (wet + (1 - wet) * through * clear)
             for c in range(3):
                 diffuse = max(cosine + skin[c], 0.0) / ((1 + skin[c]) * (1 + skin[c]))
                 # red light bleeds into the edge of a shadow first
                 arriving = through + 1.2 * skin[c] * through * (1 - through)
-                out[s, c] += lamps[lamp, 3 + c] * (arriving * diffuse * albedo[s, c] + through * gloss)
+                out[s, c] += lamps[lamp, 3 + c] * (arriving * diffuse * albedo[s, c] + gloss)
         for c in range(3):
             if out[s, c] > SHOULDER:
                 out[s, c] = 1 - (1 - SHOULDER) * np.exp((SHOULDER - out[s, c]) / (1 - SHOULDER))

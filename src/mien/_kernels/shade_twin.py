@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.ndimage import map_coordinates
 
-from .shade import SHOULDER
+from .shade import SHOULDER, WET
 
 
 def interpolate(values, corners, weights):
@@ -20,13 +20,21 @@ def bilinear(texture, curve, uv):
     return np.stack(channels, 1).astype(np.float32)
 
 
-def light(normals, points, albedo, open_sky, shadow, lamps, ambient, skin):
+def lift(points, normals, corners, weights):
+    """As `mien._kernels.shade.lift`."""
+    flat = np.einsum("sc,scd->sd", weights, points[corners])
+    below = np.einsum("scd,scd->sc", flat[:, None] - points[corners], normals[corners])
+    return flat - np.einsum("sc,sc,scd->sd", weights, np.minimum(below, 0), normals[corners])
+
+
+def light(normals, points, albedo, open_sky, shadow, wet, lamps, ambient, skin):
     """As `mien._kernels.shade.light`."""
     n, v, clear = _unit(normals), _unit(-points), open_sky[:, None]
-    wrap, f0, roughness = skin[:3], skin[3], skin[4]
+    wet = wet[:, None]
+    wrap, f0, roughness = skin[:3], skin[3] + wet * (WET[0] - skin[3]), skin[4] + wet * (WET[1] - skin[4])
     facing = np.maximum((n * v).sum(1), 0)[:, None]
     sky = 0.5 - 0.5 * n[:, 1:2]
-    smooth = np.minimum(4 * albedo.mean(1, keepdims=True), 1)
+    smooth = np.minimum(4 * albedo.mean(1, keepdims=True) + wet, 1)
     sheen = (f0 + (1 - f0) * (1 - facing) ** 5) * 0.35 * clear**2 * smooth
     around = sky * ambient[0] + (1 - sky) * ambient[1]
     out = around * (albedo * clear / (1 - albedo * (1 - clear) * 0.8) + sheen)
@@ -37,10 +45,11 @@ def light(normals, points, albedo, open_sky, shadow, lamps, ambient, skin):
             fade = np.clip(cosine / 0.25, 0, 1)
             fade = fade**2 * (3 - 2 * fade)
             through, polish = fade * shadow[:, None] + (1 - fade) * clear**2, 1.0
-        gloss = lamp[6] * polish * clear * _gloss(n, v, lamp[:3], f0, roughness)[:, None]
+        mirrored = _gloss(n, v, _unit(lamp[:3] + wet * v), f0[:, 0], roughness[:, 0])[:, None]
+        gloss = lamp[6] * polish * mirrored * (wet + (1 - wet) * through * clear)
         diffuse = np.maximum(cosine + wrap, 0) / (1 + wrap) ** 2
         arriving = through + 1.2 * wrap * through * (1 - through)
-        out = out + lamp[3:6] * (arriving * diffuse * albedo + through * gloss)
+        out = out + lamp[3:6] * (arriving * diffuse * albedo + gloss)
     bent = 1 - (1 - SHOULDER) * np.exp(np.minimum(SHOULDER - out, 0) / (1 - SHOULDER))
     return np.where(out > SHOULDER, bent, out).astype(np.float32)
 
@@ -87,7 +96,7 @@ def _spline(t):
 
 def _gloss(n, v, lamp, f0, roughness):
     h = _unit(lamp + v)
-    cosine, nh, lh = n @ lamp, (n * h).sum(1), h @ lamp
+    cosine, nh, lh = (n * lamp).sum(1), (n * h).sum(1), (h * lamp).sum(1)
     d = nh**2 * (roughness**4 - 1) + 1
     fresnel = f0 + (1 - f0) * (1 - lh) ** 5
     gloss = cosine * fresnel * roughness**4 / (d**2 * 4 * np.maximum(lh**2, 0.1) * (roughness + 0.5))

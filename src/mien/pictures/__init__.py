@@ -8,7 +8,7 @@ from .render import Lamp, Look, Renderer, render
 from .report import Report
 from .scale import scale_bar
 from .sheet import contact_sheet, hstack, label, with_scale
-from .video import read_image, write_mp4, write_png
+from .video import write_mp4, write_png
 from .view import View, frontal_camera
 
 __all__ = [
@@ -30,7 +30,6 @@ __all__ = [
     "hstack",
     "label",
     "line_chart",
-    "read_image",
     "render",
     "scale_bar",
     "with_scale",

@@ -3,8 +3,11 @@
 import numpy as np
 from jaxtyping import Float
 
-from ..mesh import Mesh, adjacency, mean_edge_length, vertex_normals
+from ..mesh import Mesh, adjacency, vertex_normals
 from .raycast import RayCaster
+
+LIFT = 1e-4
+"""How far rays start off the surface, as a share of the mesh's diagonal: more than Embree's float32 rounds away."""
 
 
 def sky_directions(count: int) -> Float[np.ndarray, "count 3"]:
@@ -27,7 +30,7 @@ def ambient_occlusion(mesh: Mesh, rays: int = 64, reach: float = np.inf) -> Floa
         reach: what is farther than this (mm) does not occlude.
     """
     normals = vertex_normals(mesh.vertices, mesh.faces)
-    lift = 0.02 * mean_edge_length(mesh.vertices, mesh.faces)
+    lift = LIFT * float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
     caster = RayCaster(mesh)
     seen, whole = np.zeros(len(normals)), np.zeros(len(normals))
     for direction in sky_directions(rays):

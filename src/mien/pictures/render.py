@@ -4,9 +4,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+import scipy.sparse as sp
 from jaxtyping import Float, Int, UInt8
 
-from .._kernels.shade import bilinear, interpolate, light, resolve
+from .._kernels.shade import bilinear, interpolate, lift, light, resolve
 from .._kernels.zbuffer import pixel_weights, zbuffer
 from ..camera import Camera
 from ..errors import BadInput
@@ -15,6 +16,7 @@ from ..transforms import Transform
 from .color import LEVEL_OF_ROOT, LINEAR_OF_BYTE, to_bytes, to_linear
 from .colormap import colors_of
 from .occlusion import ambient_occlusion
+from .refine import eyeballs, loop_refinement
 from .shadow import shadow_map
 
 
@@ -36,6 +38,8 @@ class Look:
 
     supersample: int = 2
     """Samples a side in every pixel; 1 switches antialiasing off."""
+    refine: int = 0
+    """Rounds of smooth subdivision before drawing: 1 or 2 give a coarse rig round outlines; 0 for scans."""
     skin: tuple[float, float, float] = (0.80, 0.66, 0.58)
     """Colour of a mesh that has none, sRGB."""
     key: Lamp = Lamp((-0.55, -0.62, -0.72), (1.02, 0.95, 0.86))
@@ -95,20 +99,19 @@ def render(
 class Renderer:
     """A surface made ready for pictures: draw it often, from anywhere, in other shapes of the same topology."""
 
-    def __init__(
-        self, mesh: Mesh, look: Look = Look(), texture: UInt8[np.ndarray, "th tw 3"] | None = None
-    ):
-        self.mesh = mesh
-        self.look = look
-        self.texture = texture
+    def __init__(self, mesh: Mesh, look: Look = Look(), texture: UInt8[np.ndarray, "th tw 3"] | None = None):
+        self.mesh, self.look, self.texture = mesh, look, texture
+        self._uv = None if texture is None else _corner_uv(mesh)
+        color = np.tile(look.skin, (len(mesh.vertices), 1)) if mesh.colors is None else mesh.colors
         self._faces = np.ascontiguousarray(mesh.faces, dtype=np.int64)
-        if texture is not None:
-            if mesh.uv is None:
-                raise BadInput("a texture, but a mesh with no texture coordinates: give one with `uv`, or no texture")
-            self._uv = mesh.uv.astype(np.float32)
-            self._uv_faces = self._faces if mesh.uv_faces is None else mesh.uv_faces.astype(np.int64)
-        color = mesh.colors if mesh.colors is not None else np.broadcast_to(look.skin, mesh.vertices.shape)
-        self._albedo = to_linear(np.asarray(color, dtype=np.float64)).astype(np.float32)
+        self._matrix = self._between = sp.identity(len(mesh.vertices), format="csr")
+        for _ in range(look.refine):
+            finer = loop_refinement(self._faces, self._matrix.get_shape()[0])
+            self._faces, self._matrix = finer.faces, finer.matrix @ self._matrix
+            self._between = finer.between @ self._between
+            self._uv = None if self._uv is None else finer.corners(self._uv)
+        albedo = to_linear(np.asarray(color, dtype=np.float64))
+        self._carried = self._between @ np.column_stack([albedo, eyeballs(mesh)])
 
     def draw(
         self,
@@ -127,63 +130,80 @@ class Renderer:
             open_sky: ambient occlusion known already (`ambient_occlusion`), say the neutral face's for a whole film.
         """
         mesh = self.mesh if vertices is None else self.mesh.with_vertices(vertices)
-        samples = self._samples(mesh, camera.scaled(self.look.supersample), T_camera_face)
-        if open_sky is None:
-            rays = self.look.occlusion
-            open_sky = ambient_occlusion(mesh, rays) if rays else np.ones(len(mesh.vertices))
-        normals = T_camera_face.rotate(vertex_normals(mesh.vertices, mesh.faces))
-        lit = self._lit(samples, normals, open_sky, values)
-        return _resolved(lit, samples, camera, self.look)
+        surface = Mesh(self._matrix @ mesh.vertices, self._faces)
+        if open_sky is not None:
+            clear = self._between @ open_sky
+        elif self.look.occlusion:
+            clear = ambient_occlusion(surface, self.look.occlusion)
+        else:
+            clear = np.ones(len(surface.vertices))
+        normals = T_camera_face.rotate(vertex_normals(surface.vertices, surface.faces))
+        samples = self._samples(surface, camera.scaled(self.look.supersample), T_camera_face)
+        return _resolved(self._lit(samples, normals, clear, values), samples, camera, self.look)
 
-    def _samples(self, mesh: Mesh, camera: Camera, T_camera_face: Transform) -> "_Samples":
-        points = T_camera_face.apply(mesh.vertices)
+    def _samples(self, surface: Mesh, camera: Camera, T_camera_face: Transform) -> "_Samples":
+        points = T_camera_face.apply(surface.vertices)
         intrinsics = (camera.fx, camera.fy, camera.cx, camera.cy)
         image, _ = zbuffer(points, self._faces, intrinsics, camera.height, camera.width)
         pixels = np.flatnonzero(image.reshape(-1) >= 0)
         faces = image.reshape(-1)[pixels]
-        corners = self._faces[faces]
         weights = pixel_weights(points, self._faces, intrinsics, image, pixels)
-        return _Samples(points, pixels, faces, corners, weights, _seen_from_behind(points, self._faces)[faces])
+        behind = _seen_from_behind(points, self._faces)[faces]
+        return _Samples(points, pixels, faces, self._faces[faces], weights, behind)
 
-    def _lit(self, samples, normals, open_sky, values) -> Float[np.ndarray, "s 3"]:
+    def _lit(self, samples: "_Samples", normals, clear, values) -> Float[np.ndarray, "s 3"]:
         """Linear light of each sample."""
         look = self.look
-        carried = np.concatenate([normals, samples.points, open_sky[:, None]], 1)
+        carried = np.column_stack([normals, samples.points, clear, self._carried])
         carried = interpolate(carried, samples.corners, samples.weights)
-        normal, point, clear = carried[:, :3], carried[:, 3:6], carried[:, 6]
+        normal, point, clear, albedo, wet = np.split(carried, [3, 6, 7, 10], axis=1)
         normal[samples.behind] *= -1
         if samples.behind.mean() < 0.5:
             clear[samples.behind] *= 0.35
-        arrives = self._arrives(samples, point, normal)
+        scene = _Scene(normal, point, clear[:, 0], self._arrives(samples, normals, normal), look)
+        if values is not None:
+            return self._heat(samples, self._between @ values, scene)
+        if self.texture is not None and self._uv is not None:
+            corners = 3 * samples.faces[:, None].astype(np.int64) + np.arange(3)
+            uv = interpolate(self._uv.reshape(-1, 2), corners, samples.weights)
+            albedo = bilinear(self.texture, LINEAR_OF_BYTE, uv)
+        return scene.light(albedo, wet[:, 0], [*look.wrap, look.reflectance, look.roughness])
+
+    def _arrives(self, samples: "_Samples", normals, normal) -> Float[np.ndarray, " s"]:
+        """The share of the key lamp that reaches each sample."""
+        if not self.look.softness or not len(normal):
+            return np.ones(len(normal), np.float32)
+        lamp = np.array(_unit(self.look.key.direction))
+        seen = shadow_map(samples.points, self._faces, lamp, self.look.softness)
+        return seen.arrives(lift(samples.points, normals, samples.corners, samples.weights), normal)
+
+    def _heat(self, samples: "_Samples", values, scene: "_Scene") -> Float[np.ndarray, "s 3"]:
+        """The colour map's colours, with some light and shade over them."""
+        look = self.look
+        limits = look.limits or (float(np.nanmin(values)), float(np.nanmax(values)))
+        value = np.einsum("sc,sc->s", values[samples.corners], samples.weights)
+        white = np.full((len(value), 3), 0.8, np.float32)
+        lit = scene.light(white, np.zeros(len(value), np.float32), [0.1, 0.1, 0.1, 0.0, 1.0])
+        shade = 1 - look.value_shading * (1 - np.minimum(lit.mean(1, keepdims=True) / 0.6, 1))
+        return (to_linear(colors_of(value, limits, look.colormap)) * shade).astype(np.float32)
+
+
+@dataclass(frozen=True)
+class _Scene:
+    """Everything about the samples but their colour."""
+
+    normal: Float[np.ndarray, "s 3"]
+    point: Float[np.ndarray, "s 3"]
+    clear: Float[np.ndarray, " s"]
+    arrives: Float[np.ndarray, " s"]
+    look: Look
+
+    def light(self, albedo, wet, skin: list[float]) -> Float[np.ndarray, "s 3"]:
+        """Linear light towards the camera."""
+        look = self.look
         lamps = np.array([[*_unit(lamp.direction), *lamp.color, lamp.gloss] for lamp in (look.key, *look.others)])
         ambient = np.array([look.above, look.below])
-        if values is None:
-            skin = [*look.wrap, look.reflectance, look.roughness]
-            return light(normal, point, self._color(samples), clear, arrives, lamps, ambient, skin)
-        return self._heat(samples, values, normal, point, clear, arrives, lamps, ambient)
-
-    def _arrives(self, samples, point, normal) -> Float[np.ndarray, " s"]:
-        if not self.look.softness or not len(point):
-            return np.ones(len(point), np.float32)
-        lamp = np.array(_unit(self.look.key.direction))
-        return shadow_map(samples.points, self._faces, lamp, self.look.softness).arrives(point, normal)
-
-    def _color(self, samples) -> Float[np.ndarray, "s 3"]:
-        """Linear albedo of each sample."""
-        if self.texture is None:
-            return interpolate(self._albedo, samples.corners, samples.weights)
-        uv = interpolate(self._uv, self._uv_faces[samples.faces], samples.weights)
-        return bilinear(self.texture, LINEAR_OF_BYTE, uv)
-
-    def _heat(self, samples, values, normal, point, clear, arrives, lamps, ambient) -> Float[np.ndarray, "s 3"]:
-        """The colour map's colours, with some light and shade over them."""
-        limits = self.look.limits or (float(np.nanmin(values)), float(np.nanmax(values)))
-        value = np.einsum("sc,sc->s", values[samples.corners], samples.weights)
-        color = to_linear(colors_of(value, limits, self.look.colormap))
-        white = np.full((len(value), 3), 0.8, np.float32)
-        lit = light(normal, point, white, clear, arrives, lamps, ambient, [0.1, 0.1, 0.1, 0.0, 1.0])
-        shade = 1 - self.look.value_shading * (1 - np.minimum(lit.mean(1, keepdims=True) / 0.6, 1))
-        return (color * shade).astype(np.float32)
+        return light(self.normal, self.point, albedo, self.clear, self.arrives, wet, lamps, ambient, np.array(skin))
 
 
 @dataclass(frozen=True)
@@ -199,6 +219,12 @@ class _Samples:
     weights: Float[np.ndarray, "s 3"]
     behind: np.ndarray
     """Whether the triangle shows its inner side."""
+
+
+def _corner_uv(mesh: Mesh) -> Float[np.ndarray, "m 3 2"]:
+    if mesh.uv is None:
+        raise BadInput("a texture, but a mesh with no texture coordinates: give one with `uv`, or no texture")
+    return mesh.uv[mesh.uv_faces if mesh.uv_faces is not None else mesh.faces]
 
 
 def _seen_from_behind(points: np.ndarray, faces: np.ndarray) -> np.ndarray:

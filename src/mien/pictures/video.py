@@ -23,19 +23,6 @@ def write_png(path: str | Path, image: UInt8[np.ndarray, "h w c"]) -> None:
         Image.fromarray(image).save(temporary, format="PNG", optimize=False, compress_level=6)
 
 
-def read_image(path: str | Path) -> UInt8[np.ndarray, "h w 3"]:
-    """Read a picture as RGB.
-
-    Raises:
-        BadInput: there is no such file, or it is no picture.
-    """
-    try:
-        with Image.open(path) as image:
-            return np.asarray(image.convert("RGB"))
-    except (OSError, SyntaxError) as error:
-        raise BadInput(f"{path}: cannot be read as a picture ({error})") from None
-
-
 def write_mp4(
     path: str | Path, frames: Iterable[UInt8[np.ndarray, "h w 3"]], rate: float, quality: int = 18
 ) -> int:

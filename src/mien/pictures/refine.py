@@ -1,0 +1,96 @@
+"""What a coarse surface gains before it is drawn: Loop's smooth subdivision, and eyes that are known by their shape."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from jaxtyping import Bool, Float, Int
+from scipy.sparse.csgraph import connected_components
+
+from ..mesh import Mesh, adjacency
+
+
+@dataclass(frozen=True)
+class Refinement:
+    """One round of Loop's subdivision as a matrix: triangle f becomes triangles 4 f .. 4 f + 3."""
+
+    matrix: sp.csr_matrix
+    """(n + edges, n): new vertices from old ones."""
+    between: sp.csr_matrix
+    """(n + edges, n): values on vertices carried over, straight along edges, so that nothing blurs."""
+    faces: Int[np.ndarray, "m4 3"]
+
+    @staticmethod
+    def corners(values: Float[np.ndarray, "m 3 c"]) -> Float[np.ndarray, "m4 3 c"]:
+        """Values on the triangles' corners (texture coordinates) carried over, straight along edges."""
+        a, b, c = values[:, 0], values[:, 1], values[:, 2]
+        ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
+        parts = ((a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca))
+        return np.stack([np.stack(part, 1) for part in parts], 1).reshape(-1, 3, values.shape[2])
+
+
+def loop_refinement(faces: Int[np.ndarray, "m 3"], n: int) -> Refinement:
+    """Loop's subdivision (Loop 1987, with Warren's weights) of `n` vertices; open edges stay open and smooth.
+
+    An edge of more than two triangles counts as open, a vertex where open edges do not pass straight through stays.
+    """
+    ends = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    edges, of_corner, count = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
+    of_corner = of_corner.reshape(-1, 3)
+    inner = count == 2
+    matrix = sp.vstack([_kept(faces, edges[~inner], n), _split(faces, edges, of_corner, inner, n)])
+    between = sp.vstack([sp.identity(n), _split(faces, edges, of_corner, np.zeros_like(inner), n)])
+    ab, bc, ca = (of_corner + n).T
+    a, b, c = faces.T
+    parts = ((a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca))
+    finer = np.stack([np.stack(part, 1) for part in parts], 1).reshape(-1, 3)
+    return Refinement(sp.csr_matrix(matrix), sp.csr_matrix(between), finer)
+
+
+def _split(faces, edges, of_corner, inner, n: int) -> sp.csr_matrix:
+    """New vertices on the edges: 3/8 of each end and 1/8 of each corner across; the middle of an open edge."""
+    rows = np.arange(len(edges))
+    share = np.where(inner, 3 / 8, 1 / 2)
+    ends = sp.csr_matrix((np.r_[share, share], (np.r_[rows, rows], edges.T.ravel())), shape=(len(edges), n))
+    across, edge = faces[:, [2, 0, 1]].ravel(), of_corner.ravel()
+    return ends + sp.csr_matrix((inner[edge] / 8, (edge, across)), shape=(len(edges), n))
+
+
+def _kept(faces, open_edges, n: int) -> sp.csr_matrix:
+    """Old vertices moved towards their neighbours, along the open edge where they lie on one."""
+    A = adjacency(faces, n)
+    degree = np.asarray(A.sum(axis=1)).ravel()
+    beta = np.where(degree == 3, 3 / 16, 3 / (8 * np.maximum(degree, 1)))
+    i, j = np.r_[open_edges, open_edges[:, ::-1]].T
+    border = sp.csr_matrix((np.ones(len(i)), (i, j)), shape=(n, n))
+    borders = np.asarray(border.sum(axis=1)).ravel()
+    inner = (borders == 0) & (degree > 0)
+    through = borders == 2
+    stays = np.where(inner, 1 - degree * beta, np.where(through, 3 / 4, 1.0))
+    return sp.diags(stays) + sp.diags(np.where(inner, beta, 0)) @ A + sp.diags(np.where(through, 1 / 8, 0)) @ border
+
+
+def eyeballs(mesh: Mesh) -> Bool[np.ndarray, " n"]:
+    """Vertices of parts that are round and of an eye's size beside the whole: they shine, since eyes are wet.
+
+    A part is a connected piece of 30 vertices or more; round means that its vertices keep within 2.5 % (rms) of a
+    sphere, and its radius is between a fiftieth and a fifth of the mesh's.
+    """
+    found = np.zeros(len(mesh.vertices), dtype=bool)
+    whole = float(np.linalg.norm(np.ptp(mesh.vertices, axis=0))) / 2
+    _, part = connected_components(adjacency(mesh.faces, len(mesh.vertices)), directed=False)
+    order = np.argsort(part, kind="stable")
+    for members in np.split(order, np.flatnonzero(np.diff(part[order])) + 1):
+        if len(members) >= 30:
+            found[members] = _is_eyeball(mesh.vertices[members], whole)
+    return found
+
+
+def _is_eyeball(vertices: Float[np.ndarray, "k 3"], whole: float) -> bool:
+    points = vertices - vertices.mean(0)
+    if np.ptp(points, axis=0).max() > 0.45 * whole:
+        return False
+    solved = np.linalg.lstsq(np.c_[2 * points, np.ones(len(points))], (points**2).sum(1), rcond=None)[0]
+    radius = float(np.sqrt(max(solved[3] + solved[:3] @ solved[:3], 0.0)))
+    off = np.linalg.norm(points - solved[:3], axis=1) - radius
+    return bool(0.02 * whole < radius < 0.2 * whole and np.sqrt(np.mean(off**2)) < 0.025 * radius)
