@@ -1,0 +1,105 @@
+"""`mien convert`: from one file format to another."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from ..errors import BadInput
+from ..files import existing
+from ..io.gltf import read_performance, read_rig, write_performance, write_rig
+from ..io.livelink import read_live_link, write_live_link
+from ..io.markers import READERS as MARKERS
+from ..io.markers import read_marker_file, write_c3d
+from ..io.meshes import SUFFIXES as SCANS
+from ..io.meshes import WRITERS as MESHES
+from ..io.meshes import read_scan, write_mesh
+from ..io.rigs import read_any_rig
+from ..io.sequence import write_sequence
+from .bar import bar
+
+_ROUTES = """a marker take to .c3d; a performance .glb to .csv (Live Link Face) or to a folder (a mesh a frame);
+a Live Link Face .csv or a folder of shapes to .glb; a scan to .obj or .ply""".replace("\n", " ")
+
+
+def convert(
+    source: Path,
+    *,
+    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    units: str | None = None,
+    rate: float | None = None,
+    rig: Path | None = None,
+    frames_as: str = "ply",
+    still: bool = False,
+) -> None:
+    """Convert a file: marker takes, performances, rigs, scans.
+
+    Marker take (.c3d .trc .csv) -> .c3d. Performance (.glb) -> Live Link Face .csv, or a folder with a mesh a frame.
+    Live Link Face .csv -> .glb. Folder of shapes, or .glb of another program -> .glb. Scan (.obj .ply .stl .glb) ->
+    .obj or .ply.
+
+    Parameters
+    ----------
+    source:
+        What to read.
+    output:
+        What to write; its suffix says what it becomes, no suffix means a folder.
+    units:
+        Unit of a marker take, a scan or a folder of shapes: mm, cm, m, in or millimetres in one unit.
+    rate:
+        Frames a second of a marker take or a Live Link Face file that does not say, or says it wrongly.
+    rig:
+        The face that plays a Live Link Face file; by default the bundled one.
+    frames_as:
+        ply or obj, for a mesh a frame.
+    still:
+        Leave head motion out of a mesh a frame.
+    """
+    source = existing(source)
+    end = output.suffix.lower()
+    kind = "folder" if source.is_dir() else source.suffix.lower()
+    if kind in MARKERS and end == ".c3d":
+        _markers(source, output, units, rate)
+    elif kind == ".csv" and end == ".glb":
+        write_performance(output, read_live_link(source, rate).to_performance(_rig(rig)))
+    elif kind == ".glb" and end == ".csv":
+        write_live_link(output, read_performance(source))
+    elif kind == ".glb" and end == "":
+        with bar() as progress:
+            write_sequence(output, read_performance(source), f".{frames_as.lstrip('.')}", not still, progress)
+    elif kind == ".glb" and end == ".glb":
+        _glb(source, output)
+    elif kind == "folder" and end == ".glb":
+        write_rig(output, read_any_rig(source, units))
+    elif kind in SCANS and end in MESHES:
+        scan = read_scan(source, units)
+        write_mesh(output, scan.mesh, scan.texture)
+    else:
+        what = kind or "a file without suffix"
+        raise BadInput(f"{source}: no way from {what} to {end or 'a folder'}; there is: {_ROUTES}")
+    print(f"wrote {output}")
+
+
+def _markers(source: Path, output: Path, units: str | None, rate: float | None) -> None:
+    take = read_marker_file(source, units, rate)
+    for warning in take.warnings:
+        print(f"mien: {warning}", file=sys.stderr)
+    write_c3d(output, take.markers, up="+Y" if take.up_source == "file" else None)
+
+
+def _glb(source: Path, output: Path) -> None:
+    try:
+        performance = read_performance(source)
+    except BadInput:
+        write_rig(output, read_rig(source))
+    else:
+        write_performance(output, performance)
+
+
+def _rig(path: Path | None):
+    if path is not None:
+        return read_any_rig(path)
+    from ..faces.bundled import load_face
+
+    return load_face().rig
