@@ -36,7 +36,7 @@ def imported_rooms(path: Path) -> set[str]:
             parts = [*above, *(node.module.split(".") if node.module else [])]
             found |= {parts[0]} if parts else {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module and node.module.split(".")[0] == "mien":
-            found.add((node.module.split(".") + [node.names[0].name])[1])
+            found.add([*node.module.split("."), node.names[0].name][1])
         elif isinstance(node, ast.Import):
             found |= {a.name.split(".")[1] for a in node.names if a.name.startswith("mien.")}
     return {name for name in found if not name.startswith("__")}

@@ -6,6 +6,11 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 
+def visible(positions: Float[np.ndarray, "frames markers 3"]) -> Bool[np.ndarray, "frames markers"]:
+    """Where a marker was seen: all three coordinates are finite."""
+    return np.asarray(np.isfinite(positions).all(axis=2))
+
+
 @dataclass(frozen=True)
 class Markers:
     """Labelled marker trajectories in the lab's frame."""
@@ -26,7 +31,7 @@ class Markers:
     @property
     def seen(self) -> Bool[np.ndarray, "frames markers"]:
         """Where there is a position."""
-        return np.isfinite(self.positions).all(axis=2)
+        return visible(self.positions)
 
     def with_positions(self, positions: Float[np.ndarray, "frames markers 3"]) -> "Markers":
         """The same markers, moved."""

@@ -2,6 +2,7 @@
 
 import os
 import sys
+from importlib.util import find_spec
 
 from cyclopts import App, Group
 
@@ -17,8 +18,23 @@ app = App(
 
 VERBS = Group("Verbs, in pipeline order", sort_key=0)
 
-for place, name in enumerate(("demo", "solve", "render", "convert", "fetch")):
-    app.command(f"mien.cli.{name}:{name}", name=name, group=VERBS, sort_key=place)
+PIPELINE = {
+    "demo": "The whole of one system on the bundled actor; ends with a picture and a report.",
+    "solve": "Markers to an animated face.",
+    "select": "The fewest frames of a take to scan.",
+    "register": "Scans to one topology.",
+    "personalize": "An RGB-D take to a personal rig.",
+    "track": "RGB-D or video to an animated face.",
+    "retarget": "An animated face onto another rig.",
+    "render": "Pictures, contact sheets and films.",
+    "convert": "From one format to another.",
+    "fetch": "Bring the landmark model.",
+}
+"""One line a verb, so that `--help` need not import them all."""
+
+for place, (name, line) in enumerate(PIPELINE.items()):
+    if find_spec(f"mien.cli.{name}"):
+        app.command(f"mien.cli.{name}:{name}", name=name, help=line, group=VERBS, sort_key=place)
 
 
 def main() -> None:
@@ -29,7 +45,7 @@ def main() -> None:
         print(f"mien: {error}", file=sys.stderr)
         sys.exit(2)
     except KeyboardInterrupt:
-        print("mien: stopped; outputs that were finished are whole, run the same command again to go on", file=sys.stderr)
+        print("mien: stopped; outputs that were finished are whole, the same command goes on", file=sys.stderr)
         sys.exit(130)
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -105,10 +105,11 @@ def spread(
     L = cotangent_laplacian(mesh.vertices, mesh.faces)
     area = np.maximum(mass(mesh.vertices, mesh.faces), 1e-6)
     D = attachment.matrix(mesh)
+    markers = len(attachment.faces)
     bend = L.T @ sp.diags(1.0 / area) @ L
     r = reach_mm
     A = (D.T @ D + 1e-3 * (r**2 * bend + sp.diags(area / r**2) / 4))[skin][:, skin]
-    S = np.zeros((n, D.shape[0]))
+    S = np.zeros((n, markers))
     S[skin] = splu(A.tocsc(), permc_spec="MMD_AT_PLUS_A").solve(np.ascontiguousarray(D.T.toarray()[skin]))
     return S
 

@@ -9,10 +9,11 @@ from ..errors import BadInput
 from ..faces.bundled import BundledFace
 from ..mesh import Attachment, ClosestPoint, Mesh, submesh, vertex_normals
 from ..progress import SILENT, Progress
+from ..register import procrustes
 from ..rig import Rig
 from ..transforms import Transform
 from .align import AlignConfig, align
-from .identity import IdentityConfig, IdentityFit, fit_identity
+from .identity import IdentityConfig, IdentityFit, fit_identity, surface_points
 from .model import marker_model
 from .slide import SlideConfig, slide
 from .solve import FrameSolve, SolveConfig, solve_frames
@@ -110,6 +111,34 @@ def attach(
     )
 
 
+def attach_by_hand(
+    positions: Float[np.ndarray, "frames markers 3"],
+    face: BundledFace,
+    attachment: Attachment,
+    metric: Float[np.ndarray, "3 3"] | None = None,
+    config: AttachConfig = AttachConfig(),
+) -> Attached:
+    """As `attach`, the places given: only person, pose and stand-off are found."""
+    calm = calm_frames(positions)[0]
+    cloud = mean_cloud(positions, calm)
+    start = procrustes(cloud, surface_points(face.rig.neutral, attachment, config.identity.standoff_mm)).transform
+    held = replace(config.identity, slide_mm=(2.0, 2.0))
+    fit = fit_identity(cloud, face, attachment.faces, start, attachment, config=held)
+    frames = np.linspace(0, len(positions) - 1, min(config.trial_frames, len(positions))).astype(int)
+    solved = _solve(positions[frames], cloud, face.person(fit.coefficients), fit, metric, config.trial)
+    return Attached(
+        rig=face.person(fit.coefficients),
+        attachment=attachment,
+        standoff=np.full(positions.shape[1], fit.standoff_mm),
+        T_face_head=fit.T_face_head,
+        rest=fit.T_face_head.apply(cloud),
+        calm=calm,
+        sureness=1.0,
+        runner_up_mm=np.inf,
+        residual_mm=float(np.sqrt(np.nanmean(solved.residuals**2))),
+    )
+
+
 def _try(positions, cloud, face, region, T_face_head, metric, config) -> tuple[float, IdentityFit, FrameSolve]:
     """Fit the person under one alignment and see how much of the take the shapes explain.
 
@@ -159,7 +188,8 @@ def _solve(positions, cloud, rig, fit, metric, config) -> FrameSolve:
     model = marker_model(rig, fit.attachment, np.full(positions.shape[1], fit.standoff_mm))
     model = replace(model, rest=fit.T_face_head.apply(cloud))
     back = fit.T_face_head.inverse()
-    T = Transform(np.repeat(back.rotation[None], len(positions), 0), np.repeat(back.translation[None], len(positions), 0))
+    t = len(positions)
+    T = Transform(np.repeat(back.rotation[None], t, axis=0), np.repeat(back.translation[None], t, axis=0))
     return solve_frames(model, positions, T, 30.0, metric, config)
 
 

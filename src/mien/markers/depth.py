@@ -13,7 +13,7 @@ class DepthConfig:
     """When depth counts as measured."""
 
     least_share: float = 0.08
-    """Share of a marker's motion, along the take's flattest direction, that its motion across must leave unexplained."""
+    """Share of a marker's motion that is along the take's flattest direction and that its motion across leaves open."""
     weight: float = 0.01
     """What a squared millimetre of depth counts for where depth is no measurement; 1 trusts it all the same."""
 

@@ -6,6 +6,8 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy.interpolate import CubicSpline
 
+from ..clip import visible
+
 
 @dataclass(frozen=True)
 class GapConfig:
@@ -29,16 +31,16 @@ def fill_gaps(
     Frames in which nothing at all was seen are never filled. The low-rank fill is the iterated principal-component
     regression of Liu and McMillan (2006): the take's own statistics say where a hidden marker must be.
     """
-    seen = np.isfinite(positions).all(axis=2)
+    seen = visible(positions)
     filled = positions.copy()
     length = gap_lengths(seen) / rate
-    alive = seen.any(axis=1)[:, None]
+    alive = np.asarray(seen.any(axis=1))[:, None]
     for marker in np.flatnonzero((~seen).any(axis=0) & (seen.sum(axis=0) >= 4)):
         wanted = ~seen[:, marker] & (length[:, marker] <= config.spline_s) & alive[:, 0] & _inside(seen[:, marker])
         if wanted.any():
             here = np.flatnonzero(seen[:, marker])
             filled[wanted, marker] = CubicSpline(here, positions[here, marker])(np.flatnonzero(wanted))
-    still = ~np.isfinite(filled).all(axis=2)
+    still = ~visible(filled)
     wanted = still & (length <= config.low_rank_s) & alive & seen.any(axis=0)
     if wanted.any():
         estimate = _low_rank(filled, alive[:, 0], config)

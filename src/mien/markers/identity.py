@@ -60,7 +60,6 @@ def fit_identity(
     """
     modes = face.identity.modes
     coefficients = np.zeros(len(modes)) if start is None else start
-    T = Transform(T_face_head.rotation, T_face_head.translation)
     T = _recentred(T_face_head, cloud)
     standoff = config.standoff_mm
     given = attachment
@@ -71,12 +70,10 @@ def fit_identity(
         step = _least_squares(neutral, face, held, T.apply(cloud), coefficients, standoff, slide, config)
         coefficients, standoff, increment = step
         T = increment @ T
-        attachment = held
     neutral = person(face, coefficients)
-    if given is None:
-        attachment = _closest(neutral, region, T.apply(cloud), standoff)
-    residuals = np.linalg.norm(T.apply(cloud) - surface_points(neutral, attachment, standoff), axis=1)
-    return IdentityFit(coefficients, neutral, T, attachment, float(standoff), residuals)
+    held = given if given is not None else _closest(neutral, region, T.apply(cloud), standoff)
+    residuals = np.linalg.norm(T.apply(cloud) - surface_points(neutral, held, standoff), axis=1)
+    return IdentityFit(coefficients, neutral, T, held, float(standoff), residuals)
 
 
 def person(face: BundledFace, coefficients: Float[np.ndarray, " modes"]) -> Mesh:
@@ -116,7 +113,8 @@ def _least_squares(neutral, face, held, points, coefficients, standoff, slide, c
     corners = face.identity.modes[:, neutral.faces[held.faces]]
     modes = np.einsum("pk,cpkd->pdc", held.barycentric, corners)
     model = surface_points(neutral, held, standoff)
-    columns = np.concatenate([modes, normals[..., None], skew(model), -np.broadcast_to(np.eye(3), (len(model), 3, 3))], 2)
+    shift = np.broadcast_to(np.eye(3), (len(model), 3, 3))
+    columns = np.concatenate([modes, normals[..., None], skew(model), -shift], axis=2)
     along = normals[:, :, None] * normals[:, None, :]
     variance_out = config.noise_mm**2
     metric = along / variance_out + (np.eye(3) - along) / (variance_out + slide**2)

@@ -7,11 +7,12 @@ from jaxtyping import Bool, Float
 
 from ..clip import Markers
 from ..faces.bundled import BundledFace
+from ..mesh import Attachment
 from ..progress import SILENT, Progress
 from ..rig import Performance, Rig
 from ..transforms import Transform
 from .adapt import AdaptConfig, adapt_rig, bend_neutral, shape_corrections
-from .attach import AttachConfig, Attached, attach
+from .attach import AttachConfig, Attached, attach, attach_by_hand
 from .depth import DepthConfig, depth_metric
 from .gaps import GapConfig, fill_gaps
 from .model import marker_model
@@ -52,17 +53,24 @@ class TakeSolve:
 
 
 def solve_take(
-    markers: Markers, face: BundledFace, config: TakeConfig = TakeConfig(), progress: Progress = SILENT
+    markers: Markers,
+    face: BundledFace,
+    attachment: Attachment | None = None,
+    config: TakeConfig = TakeConfig(),
+    progress: Progress = SILENT,
 ) -> TakeSolve:
     """Markers alone -> a person, their rig bent to them, weights and head pose for every frame.
 
     The steps: take the head's motion out; fill short gaps; lay a calm frame's markers on the face; solve all
-    frames; bend the shapes to the performer and solve again.
+    frames; bend the shapes to the performer and solve again. `attachment` places the markers by hand.
     """
     stabilised = stabilise(markers, config.stabilise)
     positions = fill_gaps(stabilised.markers.positions, markers.rate, config.gaps)
     depth = depth_metric(markers.positions, config.depth)
-    attached = attach(positions, face, depth.metric, config.attach, progress)
+    if attachment is None:
+        attached = attach(positions, face, depth.metric, config.attach, progress)
+    else:
+        attached = attach_by_hand(positions, face, attachment, depth.metric, config.attach)
     T_head_face = attached.T_face_head.inverse()
     T_world_face = stabilised.T_world_head @ Transform(
         np.broadcast_to(T_head_face.rotation, (len(positions), 3, 3)),
@@ -88,7 +96,7 @@ def _solve_and_adapt(
 ) -> tuple[Attached, FrameSolve]:
     """Solve every frame, bend the shapes by what is left, and again."""
     rounds = config.adapt_rounds
-    attached = replace(attached, rig=_settled(attached, face.parts["skin"], config.adapt))
+    attached = replace(attached, rig=_settled(attached, face, config.adapt))
     for number in range(rounds + 1):
         model = marker_model(attached.rig, attached.attachment, attached.standoff)
         solved = solve_frames(model, lab, T_world_face, rate, metric, config.solve)
@@ -104,7 +112,9 @@ def _solve_and_adapt(
     return attached, solved
 
 
-def _settled(attached: Attached, skin: np.ndarray, config: AdaptConfig) -> Rig:
+def _settled(attached: Attached, face: BundledFace, config: AdaptConfig) -> Rig:
     """The person with the calm frame's markers met by the neutral face, so that no expression has to."""
     model = marker_model(attached.rig, attached.attachment, attached.standoff)
-    return bend_neutral(attached.rig, attached.attachment, attached.rest - model.rest, skin, config)
+    skin = face.parts["skin"]
+    rig = bend_neutral(attached.rig, attached.attachment, attached.rest - model.rest, skin, config)
+    return rig.with_shapes(rig.neutral, face.fitted_deltas(rig.neutral.vertices))

@@ -73,4 +73,5 @@ def _motion_mismatch(weights: np.ndarray, motion: np.ndarray, shapes: np.ndarray
     own = (motion**2).sum() / t
     cross = weights.T @ motion / t
     gram = weights.T @ weights / t
-    return own - 2 * np.einsum("kd,kcd->c", cross, shapes) + np.einsum("kcd,kl,lcd->c", shapes, gram, shapes, optimize=True)
+    squared = np.einsum("kcd,kl,lcd->c", shapes, gram, shapes, optimize=True)
+    return own - 2 * np.einsum("kd,kcd->c", cross, shapes) + squared

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
+from ..clip import visible
 from ..solve.smooth import smooth_box_least_squares
 from ..transforms import Transform, rotation_from_vector
 from .model import MarkerModel
@@ -71,11 +72,11 @@ def solve_frames(
         metric: M, in face space; identity unless the take knows less about one direction than the others.
     """
     M = np.eye(3) if metric is None else metric
-    seen = np.isfinite(positions).all(axis=2)
+    seen = visible(positions)
     tracked = seen.sum(axis=1) >= config.fewest
     T = hold(T_world_face, tracked)
     used = seen & tracked[:, None]
-    weights, converged = None, True
+    weights, residuals, converged = np.zeros((len(positions), len(model.shapes))), np.full(seen.shape, np.nan), True
     for _ in range(config.rounds):
         r = np.nan_to_num(T.inverse().apply(positions) - model.rest)
         G, b = normal_equations(model.jacobian(), M, r, used)
@@ -112,7 +113,8 @@ def without_pose(
     The third array maps (1, -weights) to the pose increment that goes with them.
     """
     k = b.shape[1] - POSE
-    pose = G[:, k:, k:] + 1e-9 * np.trace(G[:, k:, k:], axis1=1, axis2=2)[:, None, None] * np.eye(POSE) + 1e-9 * np.eye(POSE)
+    floor = 1e-9 * (1 + np.trace(G[:, k:, k:], axis1=1, axis2=2))
+    pose = G[:, k:, k:] + floor[:, None, None] * np.eye(POSE)
     back = np.linalg.solve(pose, np.concatenate([b[:, k:, None], G[:, k:, :k]], axis=2))
     reduced = G[:, :k, :k] - G[:, :k, k:] @ back[:, :, 1:]
     return reduced, b[:, :k] - (G[:, :k, k:] @ back[:, :, :1])[..., 0], back
@@ -139,7 +141,7 @@ def _outliers(residuals: np.ndarray, config: SolveConfig) -> np.ndarray:
     """Samples far beyond their marker's usual residual: swapped labels, ghosts."""
     if not np.isfinite(config.outlier):
         return np.zeros(residuals.shape, bool)
-    spread = 1.4826 * np.nanmedian(np.where(np.isfinite(residuals), residuals, np.nan)[~np.isnan(residuals).all(axis=1)])
+    spread = 1.4826 * np.median(residuals[np.isfinite(residuals)])
     return residuals > max(config.outlier * spread, config.outlier_floor_mm)
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ..clip import Markers
+from ..clip import Markers, visible
 from ..errors import BadInput
 from ..register import procrustes_frames
 from ..transforms import Transform
@@ -78,7 +78,7 @@ def calm_frames(
     `positions` are in the head frame, mm. Nothing is held as still, as long and as often as a face at rest, so the
     frame with `share` of all frames within the least distance comes first; held expressions follow.
     """
-    seen = np.isfinite(positions).all(axis=2)
+    seen = visible(positions)
     complete = np.flatnonzero(seen.sum(axis=1) >= max(3, 0.9 * seen.sum(axis=1).max()))
     sample = complete[np.linspace(0, len(complete) - 1, min(len(complete), 1000)).astype(int)]
     X = np.where(seen[sample][..., None], positions[sample], _nanmedian(positions)).reshape(len(sample), -1)
@@ -99,7 +99,7 @@ def mean_cloud(
     """The markers at `frame`, averaged over the frames most like it: less jitter, fewer gaps. Head frame, mm."""
     reference = np.where(np.isfinite(positions[frame]), positions[frame], _nanmedian(positions))
     apart = np.linalg.norm(np.nan_to_num(positions - reference), axis=2)
-    seen = np.isfinite(positions).all(axis=2)
+    seen = visible(positions)
     distance = np.where(seen.any(axis=1), apart.sum(axis=1) / np.maximum(seen.sum(axis=1), 1), np.inf)
     nearest = np.argsort(distance, kind="stable")[: max(1, min(most, len(positions) // 50))]
     cloud = _nanmedian(positions[nearest])

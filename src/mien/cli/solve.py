@@ -1,0 +1,78 @@
+"""`mien solve`: a marker take becomes an animated face."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from ..files import existing
+from ..io.gltf import write_performance
+from ..io.markers import read_marker_file
+from ..markers.files import face_for, placed
+from ..markers.pipeline import TakeConfig, solve_take
+from ..markers.placement import write_attachment
+from ..markers.report import preview, take_report
+from ..pictures import write_png
+from .bar import bar
+
+
+def solve(
+    take: Path,
+    *,
+    output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("perf.glb"),
+    rig: Path | None = None,
+    units: str | None = None,
+    rate: float | None = None,
+    attach: Path | None = None,
+    save_attach: Path | None = None,
+    picture: Path | None = None,
+    report: Path | None = None,
+    config: Annotated[TakeConfig, Parameter(name="*")] = TakeConfig(),
+) -> None:
+    """Markers (C3D, TRC, CSV) in; an animated face with 52 morph targets and head motion out.
+
+    Parameters
+    ----------
+    take
+        The marker take.
+    output
+        Where the animated face goes (.glb).
+    rig
+        Solve on this rig (.glb, ICT-FaceKit's folder, a folder of OBJ or PLY) instead of the bundled face.
+    units
+        mm, cm, m, in, or millimetres in one unit as a number; needed only where the file's own claim is wrong.
+    rate
+        Frames a second, where the file does not say.
+    attach
+        JSON that places every marker by hand; made by --save-attach and edited.
+    save_attach
+        Write where the markers were found to sit.
+    picture
+        Write a contact sheet (.png); by default beside the output.
+    report
+        Write the report (.html); by default beside the output.
+    """
+    file = read_marker_file(existing(take), units, rate)
+    face = face_for(rig)
+    with bar() as progress:
+        by_hand = placed(attach, file.markers, face)
+        solved = solve_take(file.markers, face, by_hand, config, progress)
+        image = preview(solved, file.markers, progress=progress)
+    write_performance(output, solved.performance)
+    write_png(picture or output.with_suffix(".png"), image)
+    take_report(take.name, solved, file.markers, image, file.warnings).write(report or output.with_suffix(".html"))
+    if save_attach:
+        write_attachment(save_attach, file.markers.labels, solved.attached.attachment)
+    for line in [*file.warnings, summary(solved)]:
+        print(line)
+
+
+def summary(solved) -> str:
+    """The line that ends a solve."""
+    import numpy as np
+
+    performance = solved.performance
+    return (
+        f"{int(performance.tracked.sum())} of {len(performance)} frames solved, mean residual "
+        f"{np.nanmean(solved.residuals):.2f} mm, sureness {solved.attached.sureness:.2f}"
+    )

@@ -1,0 +1,52 @@
+"""Attachments by hand: a JSON file says where on the rig's neutral face each marker sits."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import BadInput
+from ..files import existing, whole
+from ..mesh import Attachment
+
+
+def read_attachment(path: str | Path, labels: tuple[str, ...], faces: int) -> Attachment:
+    """`{"LABEL": {"face": 12, "barycentric": [0.2, 0.3, 0.5]}, ...}` -> an Attachment in the order of `labels`.
+
+    Args:
+        faces: how many triangles the rig has.
+
+    Raises:
+        BadInput: no such file, not JSON, a marker without an entry, a triangle or weights that cannot be.
+    """
+    try:
+        entries = json.loads(existing(path).read_text())
+    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        raise BadInput(f"{path}: not a JSON file ({error})") from None
+    missing = [label for label in labels if label not in entries]
+    if missing:
+        raise BadInput(f"{path}: no place given for {', '.join(missing[:5])}; every marker of the take needs one")
+    triangles, weights = [], []
+    for label in labels:
+        entry = entries[label]
+        try:
+            triangle, barycentric = int(entry["face"]), np.asarray(entry["barycentric"], dtype=float)
+        except (TypeError, KeyError, ValueError):
+            raise BadInput(f'{path}: {label}: expected {{"face": N, "barycentric": [a, b, c]}}, got {entry}') from None
+        if not 0 <= triangle < faces:
+            raise BadInput(f"{path}: {label}: triangle {triangle} is not among the rig's 0..{faces - 1}")
+        if barycentric.shape != (3,) or not np.isclose(barycentric.sum(), 1, atol=1e-3) or (barycentric < -1e-6).any():
+            raise BadInput(f"{path}: {label}: barycentric must be three weights >= 0 that add up to 1, got {entry}")
+        triangles.append(triangle)
+        weights.append(barycentric)
+    return Attachment(np.array(triangles, dtype=np.int64), np.array(weights))
+
+
+def write_attachment(path: str | Path, labels: tuple[str, ...], attachment: Attachment) -> None:
+    """The file that `read_attachment` reads."""
+    entries = {
+        label: {"face": int(face), "barycentric": [round(float(w), 6) for w in weights]}
+        for label, face, weights in zip(labels, attachment.faces, attachment.barycentric, strict=True)
+    }
+    with whole(path) as temporary:
+        temporary.write_text(json.dumps(entries, indent=1) + "\n")
