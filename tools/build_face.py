@@ -60,7 +60,7 @@ def build(wheel: zipfile.ZipFile) -> tuple[dict[str, np.ndarray], dict[str, np.n
     weight = regions.identity_weight(mean, plan, masks)
     modes, explained = identities.identity_space(mean, people, plan.mirror, weight)
     faces, uv_faces = layout.triangulate(mean, plan)
-    deltas = units.read_units(wheel, base, plan, mean, lines, ARKIT_NAMES)
+    deltas = units.read_units(wheel, base, plan, mean, lines, regions.still(plan, masks), ARKIT_NAMES)
     print(f"{len(mean)} vertices, {len(faces)} triangles, {len(modes)} modes explain {explained:.4f} of {PEOPLE} people")
     held_fields = {name: field for family in held for name, field in family.fields().items()}
     print(f"{len(families)} families, {len(held)} held out = {len(held_fields)} targets: {[f.name for f in held]}")

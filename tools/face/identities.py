@@ -19,7 +19,7 @@ OLD_SHARE = 0.25
 """Of the average adult: a quarter of the way from MakeHuman's 25-year-old to its 90-year-old."""
 STRENGTH = 0.3
 """Standard deviation of a local slider; MakeHuman's own end at 1."""
-REACH = dict(asym=0.7, head=4.0, forehead=4.0, ear=3.0)
+REACH = dict(asym=0.7, head=4.0, forehead=4.0, ear=3.0, nose=1.8)
 """Standard deviation of a slider is less where it would move some vertex by more than this many mm; else 2.2."""
 SIZE = 0.035
 """Standard deviation of overall head size beyond what the targets bring, as a share."""

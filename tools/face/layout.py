@@ -13,6 +13,9 @@ MILLIMETRES = 105.0
 anthropometric means (pupils 61 mm apart, nasion to menton 115 mm, face 143 mm wide) without leaving any far off."""
 NECK = (809, 805)
 """An edge on the front of the neck, of the edge loop where head and neck are cut from the body."""
+SOCKET = (7799, 7800)
+"""An edge of the ring behind the left eye's lids where the socket is cut off: of people with large eyes it would
+come out through the skin."""
 PARTS = ("skin", "left_eye", "right_eye", "upper_teeth", "lower_teeth", "tongue")
 GROUPS = dict(left_eye="helper-l-eye", right_eye="helper-r-eye", upper_teeth="helper-upper-teeth",
               lower_teeth="helper-lower-teeth", tongue="helper-tongue")
@@ -106,11 +109,12 @@ def triangulate(vertices: np.ndarray, layout: Layout) -> tuple[np.ndarray, np.nd
 
 
 def _head_quads(base: Base) -> np.ndarray:
-    """The body's quads above the neck's edge loop."""
+    """The body's quads above the neck's edge loop, without the sockets behind the eyeballs."""
     body = base.quads_of("body")
     net = QuadNet(base.quads[body])
-    loop = net.ring(*NECK)
-    cut = {frozenset(pair) for pair in zip(loop, np.roll(loop, -1), strict=True)}
+    left = net.ring(*SOCKET)
+    loops = [net.ring(*NECK), left, base.mirror[left]]
+    cut = {frozenset(pair) for loop in loops for pair in zip(loop, np.roll(loop, -1), strict=True)}
     start = int(base.vertices[base.quads[body]][:, :, 1].mean(1).argmax())
     reached, queue = {start}, [start]
     while queue:

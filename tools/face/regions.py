@@ -31,6 +31,12 @@ def identity_weight(vertices: np.ndarray, plan: Layout, uv_masks: dict[str, np.n
     return np.where(plan.part == 0, 0.05 + 0.95 * front * (1 - inside), 0.05)
 
 
+def still(plan: Layout, uv_masks: dict[str, np.ndarray]) -> np.ndarray:
+    """1 on lips, lids, ears, in the mouth and on all that is not skin; 0 elsewhere."""
+    found = np.max([on_face(uv_masks[name], plan) for name in UV_MASKS], axis=0)
+    return np.where(plan.part == 0, found, 1.0)
+
+
 def openness(vertices: np.ndarray, faces: np.ndarray, plan: Layout, directions: int = 64) -> np.ndarray:
     """Share of the directions before each vertex in which nothing is in the way, (n,): 1 on a ball, 0 in a cave."""
     mesh = trimesh.Trimesh(vertices, faces, process=False)

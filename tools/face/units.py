@@ -3,6 +3,7 @@
 import zipfile
 
 import numpy as np
+from scipy.sparse import coo_matrix
 
 from mien.faces.lids import fit_blink
 
@@ -12,12 +13,16 @@ from .makehuman import Base, read_unit
 
 LOOK = dict(eyeLookIn=25.0, eyeLookOut=25.0, eyeLookUp=15.0, eyeLookDown=20.0)
 """Degrees that the eyeballs turn at weight 1."""
+CREASED = ("mouthSmile", "mouthDimple", "mouthStretch", "cheekSquint", "cheekPuff", "noseSneer")
+"""Units whose data have one sharp fold across the cheek: smoothed there, lids and lips left alone."""
 
 
-def read_units(wheel: zipfile.ZipFile, base: Base, plan: Layout, neutral: np.ndarray, lines: Contours, names) -> np.ndarray:
-    """Displacements (52, n, 3) mm from `neutral` (n, 3)."""
+def read_units(wheel: zipfile.ZipFile, base: Base, plan: Layout, neutral: np.ndarray, lines: Contours,
+               still: np.ndarray, names) -> np.ndarray:
+    """Displacements (52, n, 3) mm from `neutral` (n, 3); `still` (n,) is 1 where no smoothing may go."""
     raw = {name: plan.gather(base, read_unit(wheel, name, len(base.vertices))) * MILLIMETRES for name in names}
     units = {name: _unit(raw, name, plan, neutral) for name in names}
+    units = {name: _smoothed(units[name], plan, still) if _bare(name) in CREASED else units[name] for name in names}
     centre, _ = ball(neutral, plan, "left")
     units["eyeBlinkLeft"] = fit_blink(neutral, units["eyeBlinkLeft"], *lines.lids["left"], centre)
     units["eyeBlinkRight"] = units["eyeBlinkLeft"][plan.mirror] * [-1, 1, 1]
@@ -34,10 +39,26 @@ def _unit(raw: dict[str, np.ndarray], name: str, plan: Layout, neutral: np.ndarr
         small = np.abs(delta[ids]).max() < 0.5
         if small or part == 4:
             delta[ids] = 0 if small else rigid_motion(neutral[ids], delta[ids])
-    look = name.removesuffix("Left").removesuffix("Right")
+    look = _bare(name)
     if look in LOOK:
         ids = plan.part == (1 if name.endswith("Left") else 2)
         delta[ids] = turn(neutral[ids], look, name.endswith("Left"))
+    return delta
+
+
+def _bare(name: str) -> str:
+    return name.removesuffix("Left").removesuffix("Right")
+
+
+def _smoothed(delta: np.ndarray, plan: Layout, still: np.ndarray, rounds: int = 2) -> np.ndarray:
+    """`delta` half drawn to its neighbours' mean, `rounds` times, as far as `still` lets it."""
+    n = len(delta)
+    pairs = np.concatenate([plan.quads[:, [i, (i + 1) % 4]] for i in range(4)])
+    pairs = np.unique(np.sort(pairs[pairs[:, 0] != pairs[:, 1]], axis=1), axis=0)
+    A = coo_matrix((np.ones(2 * len(pairs)), np.concatenate([pairs, pairs[:, ::-1]]).T), shape=(n, n)).tocsr()
+    degree = np.maximum(np.asarray(A.sum(1)), 1)
+    for _ in range(rounds):
+        delta = delta + 0.5 * (1 - still)[:, None] * (A @ delta / degree - delta)
     return delta
 
 
