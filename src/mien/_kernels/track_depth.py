@@ -89,3 +89,32 @@ def normals(depth, fx, fy, cx, cy, step, jump):
             if length > 0:
                 out[i, j, 0], out[i, j, 1], out[i, j, 2] = nx / length, ny / length, nz / length
     return out
+
+
+@no_type_check
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def register_depth(depth, source, rotation, translation, target, height, width):
+    """Depth (h, w) float32 of one camera as another sees it, (height, width) float32; the nearest wins, 0 = none.
+
+    source, target: fx, fy, cx, cy; rotation (3, 3), translation (3,): target from source, mm, float64. Each pixel is
+    splatted onto the square that it covers, so that a denser target has no holes.
+    """
+    out = np.zeros((height, width), np.float32)
+    half = 0.5 * max(target[0] / source[0], 1.0)
+    for i in range(depth.shape[0]):
+        for j in range(depth.shape[1]):
+            d = depth[i, j]
+            if not d > 0:
+                continue
+            x, y = (j - source[2]) / source[0] * d, (i - source[3]) / source[1] * d
+            z = rotation[2, 0] * x + rotation[2, 1] * y + rotation[2, 2] * d + translation[2]
+            if z <= 1:
+                continue
+            px = rotation[0, 0] * x + rotation[0, 1] * y + rotation[0, 2] * d + translation[0]
+            py = rotation[1, 0] * x + rotation[1, 1] * y + rotation[1, 2] * d + translation[1]
+            u, v = target[0] * px / z + target[2], target[1] * py / z + target[3]
+            for b in range(max(int(np.ceil(v - half)), 0), min(int(np.floor(v + half)), height - 1) + 1):
+                for a in range(max(int(np.ceil(u - half)), 0), min(int(np.floor(u + half)), width - 1) + 1):
+                    if out[b, a] == 0 or z < out[b, a]:
+                        out[b, a] = z
+    return out

@@ -46,3 +46,22 @@ def normals(depth, fx, fy, cx, cy, step, jump):
     good = (np.abs(steps).max(0) <= jump) & (length > 0)
     out[middle][good] = cross[good] / length[good][:, None]
     return out
+
+
+def register_depth(depth, source, rotation, translation, target, height, width):
+    """Depth (h, w) float32 of one camera as another sees it, (height, width) float32; the nearest wins, 0 = none."""
+    v, u = np.nonzero(depth > 0)
+    d = depth[v, u].astype(float)
+    points = np.stack([(u - source[2]) / source[0] * d, (v - source[3]) / source[1] * d, d], 1)
+    x, y, z = (points @ rotation.T + translation).T
+    half = 0.5 * max(target[0] / source[0], 1.0)
+    out = np.full((height, width), np.inf)
+    reach = int(np.ceil(half)) + 1
+    a0, b0 = target[0] * x / z + target[2], target[1] * y / z + target[3]
+    for dy in range(-reach, reach + 1):
+        for dx in range(-reach, reach + 1):
+            a, b = np.floor(a0).astype(int) + dx, np.floor(b0).astype(int) + dy
+            good = (z > 1) & (np.abs(a - a0) <= half) & (np.abs(b - b0) <= half)
+            good &= (a >= 0) & (b >= 0) & (a < width) & (b < height)
+            np.minimum.at(out, (b[good], a[good]), z[good])
+    return np.where(np.isfinite(out), out, 0).astype(np.float32)
