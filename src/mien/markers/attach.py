@@ -13,7 +13,7 @@ from ..register import procrustes
 from ..rig import Rig
 from ..transforms import Transform
 from .align import AlignConfig, align
-from .identity import IdentityConfig, IdentityFit, fit_identity, surface_points
+from .identity import IdentityConfig, IdentityFit, fit_identity, on_closest, surface_points
 from .model import marker_model
 from .slide import SlideConfig, slide
 from .solve import FrameSolve, SolveConfig, solve_frames
@@ -180,7 +180,8 @@ def _refine(positions, cloud, face, region, trial, metric, config, progress) -> 
         fit = fit_identity(cloud, face, region, fit.T_face_head, held, fit.coefficients, config=firm)
         solved = _solve(positions, cloud, face.person(fit.coefficients), fit, metric, config.trial)
         progress.update("placing the markers", number + 1, config.rounds)
-    return fit, solved
+    fit = on_closest(fit, cloud, region)
+    return fit, _solve(positions, cloud, face.person(fit.coefficients), fit, metric, config.trial)
 
 
 def _solve(positions, cloud, rig, fit, metric, config) -> FrameSolve:

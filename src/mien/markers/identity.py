@@ -1,6 +1,6 @@
 """Who wears the markers: identity, pose, stand-off and attachment from one calm frame, in turn until they agree."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -74,6 +74,16 @@ def fit_identity(
     held = given if given is not None else _closest(neutral, region, T.apply(cloud), standoff)
     residuals = np.linalg.norm(T.apply(cloud) - surface_points(neutral, held, standoff), axis=1)
     return IdentityFit(coefficients, neutral, T, held, float(standoff), residuals)
+
+
+def on_closest(
+    fit: IdentityFit, cloud: Float[np.ndarray, "markers 3"], region: np.ndarray
+) -> IdentityFit:
+    """The same person and pose with every marker at its closest point: neighbours keep their true distances."""
+    points = fit.T_face_head.apply(cloud)
+    held = _closest(fit.neutral, region, points, fit.standoff_mm)
+    residuals = np.linalg.norm(points - surface_points(fit.neutral, held, fit.standoff_mm), axis=1)
+    return replace(fit, attachment=held, residuals=residuals)
 
 
 def person(face: BundledFace, coefficients: Float[np.ndarray, " modes"]) -> Mesh:
