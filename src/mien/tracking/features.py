@@ -13,7 +13,7 @@ from ..errors import BadInput
 from ..faces.landmarks import COUNT, FaceLandmarker
 from ..files import whole
 from ..mesh import Attachment, ClosestPoint, Mesh, adjacency, vertex_normals
-from ..pictures.raycast import depth_image
+from ..pictures.raycast import DepthImage, depth_image
 from ..rig import Rig
 from ..transforms import Transform, rotation_from_vector
 
@@ -117,7 +117,7 @@ def _seen_on(rig: Rig, mesh: Mesh, eyes: FaceLandmarker) -> tuple[np.ndarray, np
         picture, hits = shade(mesh, camera, T_camera_face)
         found = eyes.detect(picture)
         if found is not None:
-            views.append(_lift(found.points, hits, rig.neutral))
+            views.append(lift(found.points, hits, rig.neutral))
     if not views:
         return np.zeros(COUNT, bool), np.full((COUNT, 3), np.nan)
     seen = np.stack(views)
@@ -126,7 +126,7 @@ def _seen_on(rig: Rig, mesh: Mesh, eyes: FaceLandmarker) -> tuple[np.ndarray, np
     return known, np.nanmedian(seen, axis=0)
 
 
-def _lift(pixels: np.ndarray, hits, neutral: Mesh) -> np.ndarray:
+def lift(pixels: Float[np.ndarray, "p 2"], hits: DepthImage, neutral: Mesh) -> Float[np.ndarray, "p 3"]:
     """The neutral's points under `pixels` of an image of the mesh; NaN off it."""
     h, w = hits.faces.shape
     u, v = np.round(pixels).astype(int).T
@@ -148,7 +148,7 @@ def portrait(mesh: Mesh, tilt: float = 0.0, turn: float = 0.0, size: int = 480) 
     return Camera(focal, focal, half, half, size, size), Transform(R, np.array([0.0, 0.0, 700.0]) - middle)
 
 
-def shade(mesh: Mesh, camera: Camera, T_camera_face: Transform) -> tuple[UInt8[np.ndarray, "h w 3"], object]:
+def shade(mesh: Mesh, camera: Camera, T_camera_face: Transform) -> tuple[UInt8[np.ndarray, "h w 3"], DepthImage]:
     """A plainly lit picture of a mesh in its vertex colours (skin tone where it has none), and its `DepthImage`."""
     hits = depth_image(mesh, camera, T_camera_face)
     on = hits.faces >= 0

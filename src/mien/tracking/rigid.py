@@ -86,8 +86,9 @@ def align(
     config: RigidConfig = RigidConfig(),
 ) -> RigidResult:
     """Move the model of the last frame, as it is, onto this frame's depth."""
-    error, covered, iteration = np.inf, 0.0, 0
-    for iteration in range(1, config.iterations + 1):
+    error, covered, done = np.inf, 0.0, 0
+    for _ in range(config.iterations):
+        done += 1
         match = correspond(vertices, faces, T_camera_face, sighting, config)
         covered = float(share[match.weight > 0].sum())
         if covered < config.least:
@@ -100,7 +101,7 @@ def align(
         if error < config.enough:
             break
     converged = error < config.enough and covered >= config.least
-    return RigidResult(T_camera_face, error, covered, converged, iteration)
+    return RigidResult(T_camera_face, error, covered, converged, done)
 
 
 def moved(

@@ -1,7 +1,7 @@
 """One frame of tracking (Li et al. 2013, sec. 4): a pure step from state to state, and a few lines round it."""
 
 from dataclasses import dataclass, field, replace
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float, Float32
@@ -57,6 +57,7 @@ class TrackConfig:
     centimetres it is these two as root mean squares, which mean the same for any mesh."""
 
 
+@runtime_checkable
 class Watch(Protocol):
     """Whoever wants to know how long the stages take."""
 

@@ -1,0 +1,172 @@
+"""A person's rig from a second or two of their calm face (Li et al. 2013, sec. 3)."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from itertools import islice
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float
+
+from ..camera import Camera
+from ..depth import RGBDFrame
+from ..errors import BadInput
+from ..faces.bundled import BundledFace, load_face
+from ..faces.landmarks import FaceLandmarker, Landmarks2D
+from ..io.rgbd import RgbdTake
+from ..mesh import Mesh
+from ..pictures.raycast import depth_image
+from ..progress import SILENT, Progress
+from ..rig import Rig
+from ..rig.transfer import merged, transfer_rig
+from ..transforms import Transform
+from .aggregate import Aggregate, AggregateConfig, aggregate
+from .detect import detect, lifted
+from .features import (
+    LOWER_INNER_LIP,
+    UPPER_INNER_LIP,
+    LandmarkMap,
+    attach_landmarks,
+    feature_points,
+    find_landmarks,
+    lift,
+)
+from .landmark_stream import Landmarker, with_landmarks
+from .model import tracking_model
+from .neutral import NeutralConfig, NeutralResult, fit_neutral
+
+PATIENCE = 30
+"""Frames in which a face must appear."""
+
+
+@dataclass(frozen=True)
+class PersonalizeConfig:
+    """Making a person's rig."""
+
+    first: int = 0
+    """The first frame of the calm face."""
+    frames: int = 45
+    """How many frames are merged; fewer where the take is shorter."""
+    shapes: Literal["arkit", "facs23"] = "arkit"
+    """All 52 expressions, or the paper's 23 (`mien.rig.transfer.FACS23`)."""
+    aggregate: AggregateConfig = field(default_factory=AggregateConfig)
+    neutral: NeutralConfig = field(default_factory=NeutralConfig)
+
+
+@dataclass(frozen=True)
+class Personal:
+    """A person's rig and what is known of how it was made."""
+
+    rig: Rig
+    landmarks: LandmarkMap
+    """Where MediaPipe sees its landmarks on this very face."""
+    scan: Mesh
+    """The merged depth, in face space, mm."""
+    neutral: NeutralResult
+    spread: float
+    """Mean distance of the frames from the merged scan, mm."""
+    merged: int
+    """Frames that went into the scan."""
+
+
+def personalize(
+    take: RgbdTake,
+    landmarker: Landmarker | None = None,
+    config: PersonalizeConfig = PersonalizeConfig(),
+    face: BundledFace | None = None,
+    generic: LandmarkMap | None = None,
+    progress: Progress = SILENT,
+) -> Personal:
+    """Merge calm frames, fit the identity space, shrink-wrap, transfer the expressions, attach the landmarks.
+
+    Args:
+        generic: where the landmarks are on `face`, the bundled one by default; found by looking at it if not given.
+
+    Raises:
+        BadInput: no depth, no face in the first 30 frames, a depth scale that makes no face, frames that do not hold
+            still.
+    """
+    if not take.has_depth:
+        raise BadInput(f"{take.name}: has no depth; a person's rig needs an RGB-D take")
+    face = face or load_face()
+    generic = generic or find_landmarks(face.rig)
+    frames, found = _calm(take, landmarker or FaceLandmarker("video"), config, progress)
+    T_camera_face = detect(tracking_model(face.rig, generic), frames[0], found[0], take.camera)
+    scanned = aggregate(frames, take.camera, T_camera_face, config.aggregate, progress)
+    seen = landmarks_on_scan(scanned, frames, found, take.camera)
+    eye = scanned.T_camera_face[0].inverse().translation
+    neutral = fit_neutral(face, generic, scanned.scan, seen, eye, config.neutral)
+    expressions = face.rig if config.shapes == "arkit" else merged(face.rig)
+    rig = transfer_rig(expressions, neutral.mesh)
+    landmarks = own_landmarks(rig, generic, scanned, neutral.T_scan_face, found, take.camera)
+    home = neutral.T_scan_face.inverse()
+    return Personal(
+        rig=rig,
+        landmarks=landmarks,
+        scan=scanned.scan.with_vertices(home.apply(scanned.scan.vertices)),
+        neutral=neutral,
+        spread=scanned.spread,
+        merged=sum(pose is not None for pose in scanned.T_camera_face),
+    )
+
+
+def no_face(take: RgbdTake) -> BadInput:
+    """The line for a take without a face."""
+    return BadInput(f"{take.name}: no face in the first {PATIENCE} frames; face the camera, in light, and start again")
+
+
+def _calm(take: RgbdTake, landmarker, config, progress) -> tuple[list[RGBDFrame], list[Landmarks2D]]:
+    """The calm frames in which a face is found, with their landmarks."""
+    frames, found = [], []
+    calm: Iterable[RGBDFrame] = islice(iter(take), config.first, config.first + config.frames)
+    for i, (frame, landmarks) in enumerate(with_landmarks(calm, landmarker)):
+        if landmarks is not None:
+            frames.append(frame)
+            found.append(landmarks)
+        if i + 1 >= PATIENCE and not frames:
+            break
+        progress.update("looking for the face", i + 1, min(config.frames, take.count))
+    if not frames:
+        raise no_face(take)
+    return frames, found
+
+
+def landmarks_on_scan(
+    scanned: Aggregate, frames: list[RGBDFrame], found: list[Landmarks2D], camera: Camera
+) -> Float[np.ndarray, "478 3"]:
+    """Each landmark's median place over the frames, in the scan's space, mm; NaN where depth never showed it."""
+    places = [
+        pose.inverse().apply(lifted(frame, landmarks, camera))
+        for pose, frame, landmarks in zip(scanned.T_camera_face, frames, found, strict=True)
+        if pose is not None
+    ]
+    return _median(np.stack(places))
+
+
+def own_landmarks(
+    rig: Rig, generic: LandmarkMap, scanned: Aggregate, T_scan_face: Transform, found, camera: Camera
+) -> LandmarkMap:
+    """Where the landmarks were seen on the person's neutral face, median over up to twelve frames.
+
+    The inner lips stay where they are on the generic face: on a closed mouth both are seen on one line.
+    """
+    placed = [(pose, marks) for pose, marks in zip(scanned.T_camera_face, found, strict=True) if pose is not None]
+    chosen = placed[:: max(len(placed) // 12, 1)]
+    seen = []
+    for pose, marks in chosen:
+        image = depth_image(rig.neutral, camera, pose @ T_scan_face)
+        seen.append(lift(marks.points, image, rig.neutral))
+    points, start = _median(np.stack(seen)), feature_points(generic, rig.neutral)
+    points = np.where(np.isfinite(points), points, start)
+    inner = [*UPPER_INNER_LIP, *LOWER_INNER_LIP]
+    points[inner] = start[inner]
+    known = generic.known & np.isfinite(points[:, 0])
+    return attach_landmarks(rig.neutral, np.nan_to_num(points), known)
+
+
+def _median(places: np.ndarray) -> np.ndarray:
+    """Median over the first axis of (frames, 478, 3), leaving NaN out; NaN where there is nothing else."""
+    known = np.isfinite(places[..., 0]).any(0)
+    out = np.full(places.shape[1:], np.nan)
+    out[known] = np.nanmedian(places[:, known], axis=0)
+    return out

@@ -1,0 +1,165 @@
+"""A take becomes a performance (Li et al. 2013, fig. 4): the paper's steps are in `tracker.step`, here is the loop."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float
+
+from ..depth import RGBDFrame
+from ..errors import BadInput
+from ..faces.arkit import ARKIT_NAMES
+from ..faces.landmarks import FaceLandmarker, Landmarks2D
+from ..io.rgbd import RgbdTake
+from ..progress import SILENT, Progress
+from ..rig import Performance, Rig
+from ..rig.transfer import FACS23
+from ..transforms import Transform
+from .correctives import CorrectiveConfig, Residuals, with_correctives
+from .features import LandmarkMap, find_landmarks
+from .landmark_stream import Landmarker, with_landmarks
+from .model import TrackingModel, tracking_model
+from .personalize import PATIENCE, no_face
+from .tracker import NoWatch, TrackConfig, TrackResult, Watch, begin, prepare, step
+
+T_WORLD_CAMERA = Transform(np.diag([1.0, -1.0, -1.0]), np.zeros(3))
+"""The take's world is the colour camera turned to +Y up, -Z forward."""
+
+
+@dataclass(frozen=True)
+class TakeConfig:
+    """Tracking a whole take."""
+
+    track: TrackConfig = field(default_factory=TrackConfig)
+    correctives: CorrectiveConfig = field(default_factory=CorrectiveConfig)
+    late: bool = False
+    """Take the landmarks of the frame before, as a live source must."""
+
+
+@dataclass(frozen=True)
+class Tracked:
+    """A tracked take."""
+
+    performance: Performance
+    """The rig's shapes solved anew on the final mesh, then corrective shapes that make up the difference."""
+    fitted: Float[np.ndarray, "frames shapes"]
+    """Coefficients of the initial blendshape fit."""
+    errors: Float[np.ndarray, " frames"]
+    """Mean point-to-plane distance after the rigid step, mm; NaN where lost, or without depth."""
+    to_anchors: Float[np.ndarray, " frames"]
+    """Distance of the final mesh from the anchor space, mm rms (fig. 11, green)."""
+    to_adaptive: Float[np.ndarray, " frames"]
+    """Distance from the adaptive space before the frame was learnt from, mm rms (fig. 11, blue)."""
+    learnt: int
+    """Samples that the correctives were learnt from."""
+    stopped: str | None
+    """Why the take ended early; None where it was read to its end."""
+
+
+def track_take(
+    take: RgbdTake,
+    rig: Rig,
+    landmarks: LandmarkMap | None = None,
+    landmarker: Landmarker | None = None,
+    config: TakeConfig = TakeConfig(),
+    progress: Progress = SILENT,
+    watch: Watch = NoWatch(),
+) -> Tracked:
+    """Track a take on a person's rig.
+
+    Args:
+        landmarks: where they are on the rig, from `personalize`; found by looking at the rig if not given.
+
+    Raises:
+        BadInput: a rig without expression shapes, no face in the first 30 frames, a depth scale that makes no face, or
+            a first frame that cannot be read. A take that breaks off later gives what was tracked, and `stopped`.
+    """
+    check_shapes(rig)
+    model = tracking_model(rig, landmarks or find_landmarks(rig))
+    seen = with_landmarks(take, landmarker or FaceLandmarker("video"), late=config.late)
+    walk, residuals = track_frames(model, take, seen, config, watch), Residuals(model, config.correctives)
+    results, stopped = [], None
+    try:
+        for result in walk:
+            results.append(_slim(result))
+            residuals.add(result.vertices - model.blend(result.weights))
+            progress.update("tracking", len(results), take.count)
+    except BadInput as error:
+        if not any(result.tracked for result in results):
+            raise
+        stopped = str(error)
+    return _collect(take, rig, model, results, residuals, stopped)
+
+
+def track_frames(
+    model: TrackingModel,
+    take: RgbdTake,
+    seen: Iterator[tuple[RGBDFrame, Landmarks2D | None]],
+    config: TakeConfig = TakeConfig(),
+    watch: Watch = NoWatch(),
+) -> Iterator[TrackResult]:
+    """Frame by frame, as they come: for a live source, or for whoever wants more than the performance.
+
+    Raises:
+        BadInput: no face in the first 30 frames.
+    """
+    tools = prepare(model, take.camera, config.track)
+    state, ever = begin(tools, config.track), False
+    for i, (frame, landmarks) in enumerate(seen):
+        state, result = step(tools, frame, landmarks, state, config.track, watch, late=config.late)
+        ever |= result.tracked
+        if not ever and i + 1 >= PATIENCE:
+            raise no_face(take)
+        yield result
+
+
+def check_shapes(rig: Rig) -> None:
+    """See that the rig has expressions.
+
+    Raises:
+        BadInput: none that is known by name.
+    """
+    if not set(rig.names) & {*ARKIT_NAMES, *FACS23}:
+        told = ", ".join(rig.names[:4]) or "no shapes at all"
+        raise BadInput(
+            f"the rig has none of the ARKit shapes (it has {told}); make one with `mien personalize`, or rename these"
+        )
+
+
+@dataclass(frozen=True)
+class _Kept:
+    """What is kept of a frame."""
+
+    tracked: bool
+    T_camera_face: Transform
+    fitted: np.ndarray
+    weights: np.ndarray
+    numbers: tuple[float, float, float]
+    learnt: bool
+
+
+def _slim(r: TrackResult) -> _Kept:
+    return _Kept(r.tracked, r.T_camera_face, r.fitted, r.weights, (r.error, r.to_anchors, r.to_adaptive), r.learnt)
+
+
+def _collect(take, rig, model, results: list[_Kept], residuals: Residuals, stopped) -> Tracked:
+    if not any(result.tracked for result in results):
+        raise no_face(take)
+    shapes, more = residuals.finish()
+    weights = np.stack([r.weights for r in results])
+    more = more if len(more) else np.zeros((len(results), 0))
+    poses = Transform(
+        np.stack([r.T_camera_face.rotation for r in results]), np.stack([r.T_camera_face.translation for r in results])
+    )
+    first = next(i for i, r in enumerate(results) if r.tracked)
+    poses.rotation[:first], poses.translation[:first] = poses.rotation[first], poses.translation[first]
+    performance = Performance(
+        rig=with_correctives(rig, model, shapes),
+        weights=np.concatenate([weights, more], 1),
+        T_world_face=Transform(T_WORLD_CAMERA.rotation @ poses.rotation, poses.translation @ T_WORLD_CAMERA.rotation.T),
+        rate=take.rate,
+        tracked=np.array([r.tracked for r in results]),
+    )
+    errors, to_anchors, to_adaptive = np.array([r.numbers for r in results]).T
+    fitted = np.stack([r.fitted for r in results])
+    return Tracked(performance, fitted, errors, to_anchors, to_adaptive, sum(r.learnt for r in results), stopped)
