@@ -148,6 +148,25 @@ def test_cut_off_c3d_is_refused(tmp_path):
     assert "cut off" in refusal(tmp_path / "take.c3d")
 
 
+def test_a_c3d_cut_off_anywhere_is_refused(tmp_path):
+    """ezc3d alone hangs or crashes on some of these."""
+    write_c3d(tmp_path / "take.c3d", take(), up="+Z")
+    data = (tmp_path / "take.c3d").read_bytes()
+    frames_end = 3 * 512 + 5 * 8 * 16
+    assert not any(data[frames_end:])
+    for size in (*range(500, 1600, 13), *range(1600, frames_end, 97)):
+        (tmp_path / "cut.c3d").write_bytes(data[:size])
+        refusal(tmp_path / "cut.c3d")
+
+
+def test_a_c3d_whose_counts_disagree_is_refused(tmp_path):
+    write_c3d(tmp_path / "take.c3d", take())
+    data = bytearray((tmp_path / "take.c3d").read_bytes())
+    data[2] = 9
+    (tmp_path / "take.c3d").write_bytes(data)
+    assert "9 points in its header, 8 in POINT:USED" in refusal(tmp_path / "take.c3d")
+
+
 @pytest.mark.parametrize("content", [b"", b"hello, this is text\n" * 100, b"\x02\x50" + bytes(1000)])
 def test_a_file_that_is_not_c3d_is_refused(tmp_path, content):
     (tmp_path / "take.c3d").write_bytes(content)

@@ -143,6 +143,8 @@ def test_obj_refusals(tmp_path):
     assert "not finite, the first is number 1" in refusal(path, "v 0 0 0\nv 0 nan 0\nf 1 2 1\n")
     assert "binary" in refusal(path, b"\0\1\2\3" * 40)
     assert "names v number 0" in refusal(path, "v 0 0 0\nf 0 1 1\n")
+    assert "names v number 0" in refusal(path, "v 0 0 0\nvt 0 0\nf /1 1/1 1/1\n")
+    assert "names vt number 2" in refusal(path, "v 0 0 0\nvt 0 0\nf 1/1 1/1 1/2\n")
 
 
 # --- PLY ---------------------------------------------------------------------------------------------------------

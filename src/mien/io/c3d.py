@@ -11,6 +11,7 @@ from jaxtyping import Float
 from ..clip import Markers
 from ..errors import BadInput
 from ..files import whole
+from .c3d_check import check_c3d
 from .take import RawTake, is_unlabelled, without_subject
 from .units import known_unit
 
@@ -49,7 +50,7 @@ def read_c3d(path: Path) -> RawTake:
     return RawTake(
         positions=positions if turn is None else positions @ turn.T,
         labels=tuple(without_subject([names[i] for i in keep])),
-        rate=_rate(point),
+        rate=_rate(content),
         mm=known_unit(unit),
         up_source="unknown" if turn is None else "file",
         warnings=tuple(warnings),
@@ -83,27 +84,16 @@ def write_c3d(path: str | Path, markers: Markers, up: Axis | None = None) -> Non
 
 
 def _open(path: Path) -> ezc3d.c3d:
-    with path.open("rb") as file:
-        head = file.read(512)
-    if len(head) < 512 or head[1] != 0x50:
-        raise BadInput(f"{path}: not a C3D file; give the .c3d that the capture program exported")
+    """Of a file that is cut off among its frames, ezc3d gives those that are left and says nothing: hence the count."""
+    head = check_c3d(path)
     try:
         content = ezc3d.c3d(str(path))
-    except (OSError, ValueError, RuntimeError, IndexError) as error:
+    except (OSError, ValueError, RuntimeError, LookupError, MemoryError) as error:
         raise BadInput(f"{path}: not a readable C3D file ({error}); export it again") from error
-    frames, promised = content["data"]["points"].shape[2], _frames_in_header(path, head)
-    if frames < promised:
-        raise BadInput(f"{path}: cut off: its header promises {promised} frames, {frames} are there; copy it again")
+    _, points, frames = content["data"]["points"].shape
+    if frames < head.frames and points:
+        raise BadInput(f"{path}: cut off: its header promises {head.frames} frames, {frames} are there; copy it again")
     return content
-
-
-def _frames_in_header(path: Path, head: bytes) -> int:
-    """What a file that is cut off once held: ezc3d gives the frames that are left and says nothing. 0: not known."""
-    with path.open("rb") as file:
-        file.seek((head[0] - 1) * 512 + 3)
-        little_endian = file.read(1) in (b"\x54", b"\x55")
-    first, last = (int.from_bytes(head[i : i + 2], "little") for i in (6, 8))
-    return last - first + 1 if little_endian and last != 0xFFFF else 0
 
 
 def _labels(point) -> list[str]:
@@ -119,9 +109,9 @@ def _computed(names: list[str], point) -> set[str]:
     return listed | {name for name in names if _COMPUTED.search(name)}
 
 
-def _rate(point) -> float | None:
-    rate = _first(point, "RATE", 0.0)
-    return rate if rate > 0 else None
+def _rate(content: ezc3d.c3d) -> float | None:
+    stated = (_first(content["parameters"]["POINT"], "RATE", 0.0), content["header"]["points"]["frame_rate"])
+    return next((float(rate) for rate in stated if rate > 0), None)
 
 
 def _first(point, key: str, default: float) -> float:

@@ -146,7 +146,7 @@ def _corners(text: _Text) -> tuple[Int[np.ndarray, "corners 2"], Int[np.ndarray,
     slashes, doubled = _slashes(lines)
     if slashes is None:
         pairs = [[*token.split(b"/"), b"0"][:2] for token in lines.split()]
-        written = b" ".join(a + b" " + (b or b"0") for a, b in pairs)
+        written = b" ".join((a or b"0") + b" " + (b or b"0") for a, b in pairs)
         return _sound(text, parse_integers(written), b"f").reshape(-1, 2), counts
     table = _sound(text, parse_integers(lines.replace(b"/", b" ")), b"f").reshape(counts.sum(), slashes + 1 - doubled)
     texture = table[:, 1] if slashes and not doubled else np.zeros(len(table), np.int64)
@@ -159,7 +159,7 @@ def _slashes(lines: bytes) -> tuple[int | None, int]:
     starts = np.flatnonzero(token_starts(raw))
     slash = raw == ord("/")
     following = np.concatenate([raw[1:], [SPACE]])
-    if len(starts) == 0 or (slash & (following <= SPACE)).any():
+    if len(starts) == 0 or slash[starts].any() or (slash & (following <= SPACE)).any():
         return None, 0
     singles = np.add.reduceat(slash, starts, dtype=np.int64)
     doubles = np.add.reduceat(slash & (following == ord("/")), starts, dtype=np.int64)
