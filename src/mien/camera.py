@@ -30,7 +30,7 @@ class Camera:
         y = (pixels[..., 1] - self.cy) / self.fy
         return np.stack([x, y, np.ones_like(x)], -1)
 
-    def scaled(self, factor: float) -> "Camera":
+    def scaled(self, factor: float | int) -> "Camera":
         """The same view with `factor` times the pixels a side."""
         return Camera(
             fx=self.fx * factor,

@@ -18,14 +18,24 @@ def whole(path: str | Path) -> Iterator[Path]:
         BadInput: the folder of `path` does not exist.
     """
     path = Path(path)
-    if not path.parent.is_dir():
-        raise BadInput(f"{path}: the folder {path.parent} does not exist; create it first")
+    writable(path)
     temporary = path.with_name(f".{path.stem}.mien-tmp{os.getpid()}{path.suffix}")
     try:
         yield temporary
         os.replace(temporary, path)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def writable(*paths: str | Path) -> None:
+    """Before long work: the folders that its outputs go to exist.
+
+    Raises:
+        BadInput: one does not.
+    """
+    for path in map(Path, paths):
+        if not path.parent.is_dir():
+            raise BadInput(f"{path}: the folder {path.parent} does not exist; create it first")
 
 
 def existing(path: str | Path) -> Path:

@@ -1,8 +1,9 @@
 """Long work reports where it is to any object with `update`; by default to nobody."""
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 
+@runtime_checkable
 class Progress(Protocol):
     """Whoever wants to know how far long work has come."""
 

@@ -37,10 +37,10 @@ for place, (name, line) in enumerate(PIPELINE.items()):
         app.command(f"mien.cli.{name}:{name}", name=name, help=line, group=VERBS, sort_key=place)
 
 
-def main() -> None:
-    """Entry point of the `mien` command."""
+def main(words: list[str] | None = None) -> None:
+    """Entry point of the `mien` command; `words` stand for the command line's."""
     try:
-        app()
+        app(sys.argv[1:] if words is None else words)
     except BadInput as error:
         print(f"mien: {error}", file=sys.stderr)
         sys.exit(2)

@@ -3,9 +3,10 @@
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 from cyclopts import Parameter
 
-from ..files import existing
+from ..files import existing, writable
 from ..io.gltf import write_performance
 from ..io.markers import read_marker_file
 from ..markers.files import face_for, placed
@@ -52,6 +53,7 @@ def solve(
     report
         Write the report (.html); by default beside the output.
     """
+    writable(output, *(p for p in (picture, report, save_attach) if p))
     file = read_marker_file(existing(take), units, rate)
     face = face_for(rig)
     with bar() as progress:
@@ -69,8 +71,6 @@ def solve(
 
 def summary(solved) -> str:
     """The line that ends a solve."""
-    import numpy as np
-
     performance = solved.performance
     return (
         f"{int(performance.tracked.sum())} of {len(performance)} frames solved, mean residual "

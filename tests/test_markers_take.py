@@ -1,0 +1,141 @@
+"""Whole takes: the stage's, scored against its truth; real ones, judged by what was posed."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mien.actor import make_performer, marker_layout, perform, score_performance, scripted
+from mien.cli.main import main
+from mien.clip import Markers
+from mien.faces import ARKIT_NAMES, load_face
+from mien.io.gltf import read_performance
+from mien.io.markers import read_markers, write_c3d
+from mien.markers.pipeline import solve_take
+from mien.markers.report import preview, take_report, telling_frames
+
+REAL = Path(__file__).parents[2] / "shared/data/markers16"
+
+
+@pytest.fixture(scope="module")
+def staged():
+    performer = make_performer(3)
+    script = scripted(30.0, 12.0)
+    return perform(performer, script.weights, 30.0, marker_layout(performer, 60), seed=3)
+
+
+@pytest.fixture(scope="module")
+def solved(staged):
+    return solve_take(staged.markers, load_face())
+
+
+def test_a_staged_take_is_followed_far_closer_than_by_a_frozen_face(staged, solved):
+    score = score_performance(solved.performance, staged.truth)
+    assert np.nanmean(solved.residuals) <= 0.4
+    assert score.ratio <= 0.4
+    assert score.ratio_strongest <= 0.3
+    assert score.surface <= 1.5
+    assert solved.depth_known
+    assert solved.attached.sureness > 0.3
+
+
+def test_the_same_take_gives_the_same_face(staged, solved):
+    again = solve_take(staged.markers, load_face())
+    np.testing.assert_allclose(again.performance.weights, solved.performance.weights, atol=1e-9)
+
+
+def test_weights_stay_in_their_box_and_names_are_arkits(solved):
+    W = solved.performance.weights
+    assert W.min() >= 0
+    assert W.max() <= 1
+    assert solved.performance.rig.names == ARKIT_NAMES
+
+
+def test_telling_frames_differ(solved):
+    frames = telling_frames(solved.performance, 5)
+    assert len(set(frames)) == 5
+    assert frames == sorted(frames)
+
+
+def test_preview_and_report(staged, solved, tmp_path):
+    picture = preview(solved, staged.markers, size=120)
+    assert picture.std() > 10
+    take_report("take.c3d", solved, staged.markers, picture, ["a note & more"]).write(tmp_path / "r.html")
+    html = (tmp_path / "r.html").read_text()
+    assert "a note &amp; more" in html
+    assert staged.markers.labels[0] in html
+
+
+def run(capsys, *words: str) -> tuple[int, str]:
+    """`mien WORDS`: exit status and what it said on stderr."""
+    with pytest.raises(SystemExit) as exit:
+        main(list(words))
+    return exit.value.code or 0, capsys.readouterr().err
+
+
+def test_solve_from_file_to_file_and_placed_by_hand(staged, tmp_path, capsys):
+    take = staged.markers
+    write_c3d(tmp_path / "take.c3d", Markers(take.positions[:90], take.labels, take.rate))
+    out = tmp_path / "perf.glb"
+    places = tmp_path / "places.json"
+    solve = ("solve", str(tmp_path / "take.c3d"), "-o")
+    assert run(capsys, *solve, str(out), "--save-attach", str(places))[0] == 0
+    performance = read_performance(out)
+    assert performance.weights.shape == (90, 52)
+    assert performance.rate == take.rate
+    assert {p.name for p in tmp_path.iterdir()} == {"take.c3d", "perf.glb", "perf.png", "perf.html", "places.json"}
+    assert set(json.loads(places.read_text())) == set(take.labels)
+    again = tmp_path / "again.glb"
+    assert run(capsys, *solve, str(again), "--attach", str(places))[0] == 0
+    assert np.abs(read_performance(again).weights - performance.weights).mean() < 0.05
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        (b"not a c3d file at all", "take.c3d"),
+        (b"", "take.c3d"),
+    ],
+)
+def test_bad_takes_are_one_line_status_2_and_leave_nothing(tmp_path, capsys, content, says):
+    (tmp_path / "take.c3d").write_bytes(content)
+    status, error = run(capsys, "solve", str(tmp_path / "take.c3d"), "-o", str(tmp_path / "perf.glb"))
+    assert status == 2
+    assert says in error
+    assert error.count("\n") == 1
+    assert [p.name for p in tmp_path.iterdir()] == ["take.c3d"]
+
+
+def test_a_folder_that_is_not_there_is_told_before_the_work(tmp_path, capsys, staged):
+    write_c3d(tmp_path / "take.c3d", staged.markers)
+    status, error = run(capsys, "solve", str(tmp_path / "take.c3d"), "-o", str(tmp_path / "no/perf.glb"))
+    assert status == 2
+    assert "does not exist" in error
+
+
+@pytest.mark.data
+@pytest.mark.parametrize("subject", [1, 2])
+def test_a_real_take_solves_without_hints(subject):
+    path = REAL / f"Subject_0{subject}.csv"
+    if not path.exists():
+        pytest.skip(f"{path} is not here")
+    markers = read_markers(path)
+    solved = solve_take(markers, load_face())
+    assert not solved.depth_known
+    names, notes = solved.performance.rig.names, np.asarray(markers.notes["Stimulustype"])
+    tracked, W = solved.performance.tracked, solved.performance.weights
+
+    def against_neutral(pose: str) -> dict[str, float]:
+        means = [W[(notes == n) & tracked].mean(axis=0) for n in (pose, "posed_neutral")]
+        return dict(zip(names, means[0] - means[1], strict=True))
+
+    happy, disgust, fear = (against_neutral(f"posed_{n}") for n in ("happy", "disgust", "fear"))
+    smile = (happy["mouthSmileLeft"] + happy["mouthSmileRight"]) / 2
+    assert smile > 0.15
+    assert smile > max(v for n, v in happy.items() if n.startswith("brow"))
+    sneer = ("noseSneer", "mouthUpperUp", "browDown")
+    assert max(v for n, v in disgust.items() if n.startswith(sneer)) > 0.2
+    assert np.nanmean(solved.residuals) < 1.5
+    if subject == 1:
+        assert max(v for n, v in fear.items() if n == "browInnerUp" or n.startswith("eyeWide")) > 0.1
