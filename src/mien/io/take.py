@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from ..clip import Markers
+from ..clip import Markers, visible
 from ..errors import BadInput
-from .units import check_span, cloud_span, parse_unit, seen_in, settle_unit
+from .units import check_span, cloud_span, parse_unit, settle_unit
 
 FEWEST_MARKERS = 6
 
@@ -78,7 +78,7 @@ def finish(path: Path, raw: RawTake, unit: str | None, rate: float | None, defau
 
 def gaps_to_nan(positions: Float[np.ndarray, "frames markers 3"]) -> Float[np.ndarray, "frames markers 3"]:
     """All three coordinates NaN wherever one is not finite or all are exactly zero, as many programs write a gap."""
-    gap = ~seen_in(positions) | (positions == 0).all(axis=2)
+    gap = ~visible(positions) | (positions == 0).all(axis=2)
     return np.where(gap[:, :, None], np.nan, positions)
 
 
@@ -94,7 +94,7 @@ def check_markers(path: Path, positions: Float[np.ndarray, "frames markers 3"], 
     twice = [label for label, count in Counter(labels).items() if count > 1]
     if twice:
         raise BadInput(f"{path}: duplicate marker labels: {', '.join(twice[:5])}; give every marker its own name")
-    seen = np.asarray(seen_in(positions).any(axis=0))
+    seen = np.asarray(visible(positions).any(axis=0))
     if not seen.any():
         raise BadInput(f"{path}: all {frames} frames are empty (NA or zero), no marker is ever seen; export it again")
     if seen.sum() < FEWEST_MARKERS:

@@ -3,8 +3,9 @@
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 
+from ..clip import visible
 from ..errors import BadInput
 
 UNITS = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}
@@ -50,17 +51,12 @@ def known_unit(unit: str) -> float | None:
     return value if 0 < value < np.inf else None
 
 
-def seen_in(positions: Float[np.ndarray, "frames markers 3"]) -> Bool[np.ndarray, "frames markers"]:
-    """Where all three coordinates are finite."""
-    return np.asarray(np.isfinite(positions).all(axis=2))
-
-
 def cloud_span(positions: Float[np.ndarray, "frames markers 3"]) -> float:
     """Size of a marker cloud, in its own unit: the median over frames of the diagonal of the box around the markers.
 
     Only frames count that see at least as many markers as the middle one of the non-empty frames; NaN if none sees two.
     """
-    seen = seen_in(positions)
+    seen = visible(positions)
     count = seen.sum(axis=1)
     if (count >= 2).sum() == 0:
         return float("nan")
