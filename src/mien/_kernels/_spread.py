@@ -4,8 +4,11 @@ Cheaper to compile than `parallel=True`, and safe where the caller itself runs i
 """
 
 import os
+import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+
+_here = threading.local()
 
 
 def cores() -> int:
@@ -13,9 +16,14 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
+def single_threaded() -> None:
+    """From now on `spread` keeps to the calling thread: for workers of a pool that already fills the cores."""
+    _here.alone = True
+
+
 def spread(work: Callable[[int, int], object], rows: int, threads: int = 0) -> None:
     """Call `work(first, last)` on pieces of 0..rows, side by side in `threads` threads (0 = one a core)."""
-    threads = min(threads or cores(), rows)
+    threads = min(threads or (1 if getattr(_here, "alone", False) else cores()), rows)
     if threads <= 1:
         work(0, rows)
         return

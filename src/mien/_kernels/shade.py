@@ -92,7 +92,7 @@ def light(normals, points, albedo, open_sky, shadow, wet, lamps, ambient, skin, 
     """
     n, p, al = (np.ascontiguousarray(x, dtype=np.float32) for x in (normals, points, albedo))
     shares = np.ascontiguousarray(np.stack([open_sky, shadow, wet], 1), dtype=np.float32)
-    lamps, ambient, skin = (np.ascontiguousarray(x, dtype=np.float64) for x in (lamps, ambient, skin))
+    lamps, ambient, skin = (np.ascontiguousarray(x, dtype=np.float32) for x in (lamps, ambient, skin))
     out = np.empty((len(normals), 3), np.float32)
     spread(lambda a, b: _light(n, p, al, shares, lamps, ambient, skin, a, b, out), len(normals), threads)
     return out
@@ -173,18 +173,26 @@ def _unit(x, y, z):
 
 @no_type_check
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+def _fresnel(f0, cosine):
+    away = 1 - cosine
+    square = away * away
+    return f0 + (1 - f0) * square * square * away
+
+
+@no_type_check
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
 def _gloss(n, v, l, f0, roughness):
     """Mirrored share of a lamp in direction l, GGX with Kelemen's visibility, times pi."""
-    h = _unit(l[0] + v[0], l[1] + v[1], l[2] + v[2])
+    hx, hy, hz = l[0] + v[0], l[1] + v[1], l[2] + v[2]
     cosine = n[0] * l[0] + n[1] * l[1] + n[2] * l[2]
-    nh = n[0] * h[0] + n[1] * h[1] + n[2] * h[2]
-    lh = l[0] * h[0] + l[1] * h[1] + l[2] * h[2]
+    nh = n[0] * hx + n[1] * hy + n[2] * hz
     if cosine <= 0 or nh <= 0:
         return 0.0
-    square = roughness**4
-    d = nh * nh * (square - 1) + 1
-    fresnel = f0 + (1 - f0) * (1 - lh) ** 5
-    return cosine * fresnel * square / (d * d * 4 * max(lh * lh, 0.1) * (roughness + 0.5))
+    length = hx * hx + hy * hy + hz * hz  # squared; v and l are units, so l.h = |v + l| / 2
+    alpha = roughness * roughness
+    d = nh * nh / length * (alpha * alpha - 1) + 1
+    mirrored = cosine * alpha * alpha * _fresnel(f0, 0.5 * np.sqrt(length))
+    return mirrored / (d * d * max(length, 0.4) * (roughness + 0.5))
 
 
 @no_type_check
@@ -193,12 +201,12 @@ def _light(normals, points, albedo, shares, lamps, ambient, skin, first, last, o
     for s in range(first, last):
         n = _unit(normals[s, 0], normals[s, 1], normals[s, 2])
         v = _unit(-points[s, 0], -points[s, 1], -points[s, 2])
-        facing = max(n[0] * v[0] + n[1] * v[1] + n[2] * v[2], 0.0)
         sky, clear, wet = 0.5 - 0.5 * n[1], shares[s, 0], shares[s, 2]
         f0, roughness = skin[3] + wet * (WET[0] - skin[3]), skin[4] + wet * (WET[1] - skin[4])
         # rough dark hair has little of the sheen that smooth skin has at a grazing angle
         smooth = min(4 * (albedo[s, 0] + albedo[s, 1] + albedo[s, 2]) / 3 + wet, 1.0)
-        sheen = (f0 + (1 - f0) * (1 - facing) ** 5) * 0.35 * clear * clear * smooth
+        facing = max(n[0] * v[0] + n[1] * v[1] + n[2] * v[2], 0.0)
+        sheen = _fresnel(f0, facing) * 0.35 * clear * clear * smooth
         for c in range(3):
             around = sky * ambient[0, c] + (1 - sky) * ambient[1, c]
             # light that bounces between bright walls of a fold before it comes out
@@ -206,15 +214,18 @@ def _light(normals, points, albedo, shares, lamps, ambient, skin, first, last, o
         for lamp in range(len(lamps)):
             l = (lamps[lamp, 0], lamps[lamp, 1], lamps[lamp, 2])
             cosine = n[0] * l[0] + n[1] * l[1] + n[2] * l[2]
+            if wet == 0 and cosine + max(skin[0], skin[1], skin[2]) <= 0:
+                continue
             through, polish = 0.4 * clear + 0.6 * clear * clear, smooth
             if lamp == 0:
                 # past the terminator the lamp's shadow says nothing: there the open sky decides
                 fade = min(max(cosine / 0.25, 0.0), 1.0)
                 fade = fade * fade * (3 - 2 * fade)
                 through, polish = fade * shares[s, 1] + (1 - fade) * clear * clear, 1.0
-            # a cornea bulges from its ball and looks out from under the lids: lamps mirror nearer its middle, unshaded
-            to = _unit(l[0] + wet * v[0], l[1] + wet * v[1], l[2] + wet * v[2])
-            gloss = lamps[lamp, 6] * polish * _gloss(n, v, to, f0, roughness) * (wet + (1 - wet) * through * clear)
+            if wet > 0:
+                # a cornea bulges from its ball and looks out from under the lids: lamps mirror nearer its middle
+                l = _unit(l[0] + wet * v[0], l[1] + wet * v[1], l[2] + wet * v[2])
+            gloss = lamps[lamp, 6] * polish * _gloss(n, v, l, f0, roughness) * (wet + (1 - wet) * through * clear)
             for c in range(3):
                 diffuse = max(cosine + skin[c], 0.0) / ((1 + skin[c]) * (1 + skin[c]))
                 # red light bleeds into the edge of a shadow first

@@ -11,21 +11,25 @@ from jaxtyping import Float
 from scipy.interpolate import PchipInterpolator
 
 from ..errors import BadInput
-from .color import to_srgb
+from .color import to_linear, to_srgb
 
 MAPS = {
-    "heat": [(0.27, 0.075, 300), (0.44, 0.105, 268), (0.61, 0.10, 215), (0.78, 0.145, 155), (0.95, 0.16, 108)],
+    "heat": [(0.43, 0.115, 266), (0.56, 0.10, 230), (0.69, 0.115, 175), (0.82, 0.15, 130), (0.95, 0.16, 105)],
     "diverging": [(0.40, 0.13, 260), (0.675, 0.105, 246), (0.95, 0.0, 150), (0.675, 0.13, 45), (0.40, 0.14, 25)],
 }
-"""`heat` for what is never negative: dark blue to yellow. `diverging` for signed values: blue, white, red."""
+"""`heat` for what is never negative: blue to yellow, no end so dark that the face is lost. `diverging` for signed
+values: blue, white, red."""
 
 NOTHING = (0.55, 0.55, 0.55)
 """Colour of NaN, sRGB."""
 
 
+LEVELS = 1024
+
+
 @cache
-def table(name: str) -> Float[np.ndarray, "levels 3"]:
-    """1024 colours of a map, sRGB 0..1.
+def table(name: str, linear: bool = False) -> Float[np.ndarray, "levels 3"]:
+    """The `LEVELS` colours of a map and, last, that of NaN; sRGB 0..1, or linear light.
 
     Raises:
         BadInput: no such map.
@@ -34,15 +38,16 @@ def table(name: str) -> Float[np.ndarray, "levels 3"]:
         raise BadInput(f"colour map {name!r}: there is none of that name; choose from {', '.join(MAPS)}")
     lightness, chroma, hue = np.array(MAPS[name], dtype=float).T
     tint = chroma * np.exp(1j * np.radians(hue))
-    knots, t = np.linspace(0, 1, len(lightness)), np.linspace(0, 1, 1024)
+    knots, t = np.linspace(0, 1, len(lightness)), np.linspace(0, 1, LEVELS)
     lab = np.stack([PchipInterpolator(knots, x)(t) for x in (lightness, tint.real, tint.imag)], 1)
-    return to_srgb(_into_gamut(lab))
+    colors = np.vstack([_into_gamut(lab), to_linear(np.array(NOTHING))])
+    return colors if linear else to_srgb(colors)
 
 
 def colors_of(
-    values: Float[np.ndarray, "*n"], limits: tuple[float, float], name: str = "heat"
+    values: Float[np.ndarray, "*n"], limits: tuple[float, float], name: str = "heat", linear: bool = False
 ) -> Float[np.ndarray, "*n 3"]:
-    """Colours of values, sRGB 0..1; beyond the limits the end colours, grey for NaN.
+    """Colours of values, sRGB 0..1 or linear light; beyond the limits the end colours, grey for NaN.
 
     Raises:
         BadInput: limits that do not increase, or no such map.
@@ -50,12 +55,18 @@ def colors_of(
     low, high = limits
     if not high > low:
         raise BadInput(f"colour limits {low:g}..{high:g}: the second must be the greater")
-    colors = table(name)
-    place = np.clip((np.nan_to_num(values, nan=low) - low) / (high - low), 0, 1) * (len(colors) - 1)
-    below = np.minimum(place.astype(int), len(colors) - 2)
-    share = (place - below)[..., None]
-    mixed = (1 - share) * colors[below] + share * colors[below + 1]
-    return np.where(np.isnan(values)[..., None], NOTHING, mixed)
+    share = np.clip((np.nan_to_num(values, nan=low, posinf=high, neginf=low) - low) / (high - low), 0, 1)
+    level = np.where(np.isnan(values), LEVELS, np.rint(share * (LEVELS - 1))).astype(np.int64)
+    return table(name, linear)[level]
+
+
+def own_limits(values: Float[np.ndarray, "*n"]) -> tuple[float, float]:
+    """The least and the greatest finite value; one more where they are the same, 0..1 where there is none."""
+    finite = values[np.isfinite(values)]
+    if not len(finite):
+        return 0.0, 1.0
+    low, high = float(finite.min()), float(finite.max())
+    return (low, high) if high > low else (low, low + 1)
 
 
 def _into_gamut(lab: np.ndarray) -> np.ndarray:

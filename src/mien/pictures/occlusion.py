@@ -37,7 +37,7 @@ def ambient_occlusion(mesh: Mesh, rays: int = 64, reach: float = np.inf) -> Floa
         cosine = normals @ direction
         up = np.flatnonzero(cosine > 0.02)
         start = mesh.vertices[up] + lift * (normals[up] + direction)
-        clear = ~caster.occluded(start, np.broadcast_to(direction, start.shape).copy(), reach)
+        clear = ~caster.occluded(start, direction[None], reach)
         seen[up] += cosine[up] * clear
         whole[up] += cosine[up]
     return _smoothed(np.where(whole > 0, seen / np.where(whole > 0, whole, 1), 1.0), mesh)

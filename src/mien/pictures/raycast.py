@@ -81,9 +81,9 @@ class RayCaster:
         return Hits(faces, barycentric, distances, hit)
 
     def occluded(
-        self, origins: Float[np.ndarray, "r 3"], directions: Float[np.ndarray, "r 3"], reach: float = np.inf
+        self, origins: Float[np.ndarray, "r 3"], directions: Float[np.ndarray, "d 3"], reach: float = np.inf
     ) -> Bool[np.ndarray, " r"]:
-        """Whether anything at all is on each ray within `reach`: cheaper than `cast`."""
+        """Whether anything at all is on each ray within `reach`: cheaper than `cast`. One direction serves all rays."""
         scene, _, centre = self._scene
         start = np.ascontiguousarray(origins - centre, dtype=np.float32)
         way = np.ascontiguousarray(directions, dtype=np.float32)

@@ -14,7 +14,7 @@ from ..errors import BadInput
 from ..mesh import Mesh, vertex_normals
 from ..transforms import Transform
 from .color import LEVEL_OF_ROOT, LINEAR_OF_BYTE, to_bytes, to_linear
-from .colormap import colors_of
+from .colormap import colors_of, own_limits
 from .occlusion import ambient_occlusion
 from .refine import eyeballs, loop_refinement
 from .shadow import shadow_map
@@ -104,11 +104,11 @@ class Renderer:
         self._uv = None if texture is None else _corner_uv(mesh)
         color = np.tile(look.skin, (len(mesh.vertices), 1)) if mesh.colors is None else mesh.colors
         self._faces = np.ascontiguousarray(mesh.faces, dtype=np.int64)
-        self._matrix = self._between = sp.identity(len(mesh.vertices), format="csr")
+        self._matrix = self._between = sp.csr_matrix(sp.identity(len(mesh.vertices)))
         for _ in range(look.refine):
             finer = loop_refinement(self._faces, self._matrix.get_shape()[0])
-            self._faces, self._matrix = finer.faces, finer.matrix @ self._matrix
-            self._between = finer.between @ self._between
+            self._faces, self._matrix = finer.faces, sp.csr_matrix(finer.matrix @ self._matrix)
+            self._between = sp.csr_matrix(finer.between @ self._between)
             self._uv = None if self._uv is None else finer.corners(self._uv)
         albedo = to_linear(np.asarray(color, dtype=np.float64))
         self._carried = self._between @ np.column_stack([albedo, eyeballs(mesh)])
@@ -131,15 +131,12 @@ class Renderer:
         """
         mesh = self.mesh if vertices is None else self.mesh.with_vertices(vertices)
         surface = Mesh(self._matrix @ mesh.vertices, self._faces)
-        if open_sky is not None:
-            clear = self._between @ open_sky
-        elif self.look.occlusion:
-            clear = ambient_occlusion(surface, self.look.occlusion)
-        else:
-            clear = np.ones(len(surface.vertices))
+        if open_sky is None:
+            rays = self.look.occlusion
+            open_sky = ambient_occlusion(mesh, rays) if rays else np.ones(len(mesh.vertices))
         normals = T_camera_face.rotate(vertex_normals(surface.vertices, surface.faces))
         samples = self._samples(surface, camera.scaled(self.look.supersample), T_camera_face)
-        return _resolved(self._lit(samples, normals, clear, values), samples, camera, self.look)
+        return _resolved(self._lit(samples, normals, self._between @ open_sky, values), samples, camera, self.look)
 
     def _samples(self, surface: Mesh, camera: Camera, T_camera_face: Transform) -> "_Samples":
         points = T_camera_face.apply(surface.vertices)
@@ -154,20 +151,22 @@ class Renderer:
     def _lit(self, samples: "_Samples", normals, clear, values) -> Float[np.ndarray, "s 3"]:
         """Linear light of each sample."""
         look = self.look
-        carried = np.column_stack([normals, samples.points, clear, self._carried])
-        carried = interpolate(carried, samples.corners, samples.weights)
-        normal, point, clear, albedo, wet = np.split(carried, [3, 6, 7, 10], axis=1)
+        normal, point, rest = (
+            interpolate(carried, samples.corners, samples.weights)
+            for carried in (normals, samples.points, np.column_stack([clear, self._carried]))
+        )
+        clear, albedo, wet = rest[:, 0], rest[:, 1:4], rest[:, 4]
         normal[samples.behind] *= -1
-        if samples.behind.mean() < 0.5:
+        if 2 * samples.behind.sum() < len(normal):
             clear[samples.behind] *= 0.35
-        scene = _Scene(normal, point, clear[:, 0], self._arrives(samples, normals, normal), look)
+        scene = _Scene(normal, point, clear, self._arrives(samples, normals, normal), look)
         if values is not None:
             return self._heat(samples, self._between @ values, scene)
         if self.texture is not None and self._uv is not None:
             corners = 3 * samples.faces[:, None].astype(np.int64) + np.arange(3)
             uv = interpolate(self._uv.reshape(-1, 2), corners, samples.weights)
             albedo = bilinear(self.texture, LINEAR_OF_BYTE, uv)
-        return scene.light(albedo, wet[:, 0], [*look.wrap, look.reflectance, look.roughness])
+        return scene.light(albedo, wet, [*look.wrap, look.reflectance, look.roughness])
 
     def _arrives(self, samples: "_Samples", normals, normal) -> Float[np.ndarray, " s"]:
         """The share of the key lamp that reaches each sample."""
@@ -180,12 +179,12 @@ class Renderer:
     def _heat(self, samples: "_Samples", values, scene: "_Scene") -> Float[np.ndarray, "s 3"]:
         """The colour map's colours, with some light and shade over them."""
         look = self.look
-        limits = look.limits or (float(np.nanmin(values)), float(np.nanmax(values)))
         value = np.einsum("sc,sc->s", values[samples.corners], samples.weights)
+        colors = colors_of(value, look.limits or own_limits(values), look.colormap, linear=True)
         white = np.full((len(value), 3), 0.8, np.float32)
         lit = scene.light(white, np.zeros(len(value), np.float32), [0.1, 0.1, 0.1, 0.0, 1.0])
         shade = 1 - look.value_shading * (1 - np.minimum(lit.mean(1, keepdims=True) / 0.6, 1))
-        return (to_linear(colors_of(value, limits, look.colormap)) * shade).astype(np.float32)
+        return (colors * shade).astype(np.float32)
 
 
 @dataclass(frozen=True)
