@@ -4,8 +4,10 @@ from .casting import PerformerConfig, make_performer
 from .layout import Layout, marker_layout
 from .mocap import HeadMotion, MocapConfig, StagedTake, Truth, perform
 from .performer import Performer
+from .scanner import ScanConfig, StagedScan, scan
 from .score import Score, score_performance, score_vertices
 from .script import Script, frozen, random_performance, scripted
+from .skin import Skin, SkinConfig, make_skin
 from .style import StyleConfig
 
 __all__ = [
@@ -14,16 +16,22 @@ __all__ = [
     "MocapConfig",
     "Performer",
     "PerformerConfig",
+    "ScanConfig",
     "Score",
     "Script",
+    "Skin",
+    "SkinConfig",
+    "StagedScan",
     "StagedTake",
     "StyleConfig",
     "Truth",
     "frozen",
     "make_performer",
+    "make_skin",
     "marker_layout",
     "perform",
     "random_performance",
+    "scan",
     "score_performance",
     "score_vertices",
     "scripted",

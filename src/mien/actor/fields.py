@@ -17,7 +17,8 @@ class SmoothField:
 
     def at(self, points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n channels"]:
         """Values at `points` (n, 3), millimetres."""
-        return np.cos(points @ self.wave_vectors.T + self.phases) @ self.amplitudes
+        angles = (points @ self.wave_vectors.T + self.phases).astype(np.float32)
+        return (np.cos(angles) @ self.amplitudes.astype(np.float32)).astype(np.float64)
 
 
 def smooth_field(

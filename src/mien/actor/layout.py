@@ -9,6 +9,7 @@ from ..errors import BadInput
 from ..faces.bundled import load_face
 from ..mesh import Attachment, ClosestPoint, face_areas, vertex_normals
 from .performer import Performer
+from .skin import Skin
 
 SIZES = (16, 30, 50, 100, 200)
 """Usual layouts; any number from 6 to 400 can be had."""
@@ -25,27 +26,28 @@ class Layout:
     """Markers on a performer's skin."""
 
     attachment: Attachment
-    """On the performer's mesh (the bundled topology)."""
+    """On the actor's mesh: the bundled topology, or a `Skin`'s own."""
     labels: tuple[str, ...]
     """`M000` and so on, from the forehead down: they say nothing about places."""
 
 
-def marker_layout(performer: Performer, count: int, seed: int = 0) -> Layout:
+def marker_layout(actor: Performer | Skin, count: int, seed: int = 0) -> Layout:
     """`count` markers in mirrored pairs, glued by hand: some millimetres off symmetry.
 
-    Farthest-point sampling of random points on the face, distances stretched where the face moves most.
+    Farthest-point sampling of random points on the face, distances stretched where the face moves most. On a `Skin`
+    they are glued to its fine surface.
 
     Raises:
         BadInput: count outside 6..400.
     """
     if not 6 <= count <= 400:
         raise BadInput(f"count: expected 6 to 400 markers, got {count}")
-    rng = np.random.default_rng([seed, 6])
+    rng, performer = np.random.default_rng([seed, 6]), actor.performer if isinstance(actor, Skin) else actor
     points, crowding, motion = _candidates(performer, rng)
     first = _anchors(performer, points, motion)
     glued = _farthest(points, crowding, first, count) + rng.normal(size=(count, 3)) * min(1.0, 8.0 / np.sqrt(count))
     order = np.argsort(-glued[:, 1])
-    found = ClosestPoint(performer.neutral).query(glued[order])
+    found = ClosestPoint(actor.neutral).query(glued[order])
     return Layout(found.attachment(), tuple(f"M{i:03d}" for i in range(count)))
 
 

@@ -13,6 +13,10 @@ from ..transforms import Transform, rotation_from_vector
 from .layout import Layout
 from .performer import CHUNK, Performer
 from .script import smooth
+from .skin import Skin
+
+SPAN = 512
+"""Frames of markers worked on at a time."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +62,7 @@ class MocapConfig:
 class Truth:
     """What really happened. For scores alone: no solver may look at it."""
 
-    performer: Performer
+    performer: Performer | Skin
     weights: Float[np.ndarray, "frames shapes"]
     T_lab_face: Transform
     """Head pose, one a frame."""
@@ -98,7 +102,7 @@ class StagedTake:
 
 
 def perform(
-    performer: Performer,
+    performer: Performer | Skin,
     weights: Float[np.ndarray, "frames shapes"],
     rate: float,
     layout: Layout,
@@ -123,7 +127,7 @@ def perform(
     return StagedTake(Markers(positions, layout.labels, rate), truth)
 
 
-def _check(performer: Performer, weights: np.ndarray, layout: Layout, config: MocapConfig) -> None:
+def _check(performer: Performer | Skin, weights: np.ndarray, layout: Layout, config: MocapConfig) -> None:
     if weights.shape[1] != len(performer.names):
         raise BadInput(f"weights: expected {len(performer.names)} a frame, one a unit, got {weights.shape[1]}")
     if not 0 <= config.dropouts < 1:
@@ -135,32 +139,34 @@ def _check(performer: Performer, weights: np.ndarray, layout: Layout, config: Mo
 
 
 def carried(
-    performer: Performer,
+    performer: Performer | Skin,
     weights: Float[np.ndarray, "frames shapes"],
     attachment: Attachment,
     standoff: Float[np.ndarray, " markers"],
 ) -> Float[np.ndarray, "frames markers 3"]:
     """Marker centres in face space, mm: on the skin, then out along its normal by the stand-off."""
-    faces = performer.neutral.faces
-    corners, rings = faces[attachment.faces], _rings(faces, attachment.faces)
+    all_faces = performer.neutral.faces
+    owner, ring = _rings(all_faces, attachment.faces)
+    rows, local = np.unique(all_faces[ring], return_inverse=True)
+    faces, corners = local.reshape(-1, 3), np.searchsorted(rows, all_faces[attachment.faces])
     out = np.empty((len(weights), len(corners), 3))
-    for start in range(0, len(weights), CHUNK):
-        points = performer.vertices(weights[start : start + CHUNK])
+    for start in range(0, len(weights), SPAN):
+        points = performer.vertices(weights[start : start + SPAN], rows)
         on_skin = np.einsum("kc,tkcd->tkd", attachment.barycentric, points[:, corners])
-        out[start : start + CHUNK] = on_skin + standoff[:, None] * _ring_normals(points, faces, rings)
+        out[start : start + SPAN] = on_skin + standoff[:, None] * _ring_normals(points, faces, owner)
     return out
 
 
 def _rings(faces: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """All faces that touch each triangle: (which marker, which face)."""
-    touches = [np.flatnonzero(np.isin(faces, faces[t]).any(axis=1)) for t in triangles]
+    corners = faces[triangles]
+    touches = [np.flatnonzero((faces[:, :, None] == c).any(axis=(1, 2))) for c in corners]
     return np.repeat(np.arange(len(triangles)), [len(r) for r in touches]), np.concatenate(touches)
 
 
-def _ring_normals(points: np.ndarray, faces: np.ndarray, rings: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
-    """Area-weighted mean normal round each marker (t, k, 3)."""
-    owner, face = rings
-    a, b, c = (points[:, faces[face, i]] for i in range(3))
+def _ring_normals(points: np.ndarray, faces: np.ndarray, owner: np.ndarray) -> np.ndarray:
+    """Area-weighted mean normal round each marker (t, k, 3) from the faces that each owns."""
+    a, b, c = (points[:, faces[:, i]] for i in range(3))
     starts = np.flatnonzero(np.diff(owner, prepend=-1))
     total = np.add.reduceat(np.cross(b - a, c - a), starts, axis=1)
     return total / np.linalg.norm(total, axis=2, keepdims=True)

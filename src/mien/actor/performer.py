@@ -1,10 +1,10 @@
 """A person who is not in the identity space and makes every expression in their own way."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from ..mesh import Mesh
 from .anatomy import Ball, Contact, Hinge, rigid_motion
@@ -37,8 +37,16 @@ class Performer:
     skin: np.ndarray = field(repr=False)
     """Mask (n,) of skin."""
 
-    def vertices(self, weights: Float[np.ndarray, "frames shapes"]) -> Float[np.ndarray, "frames n 3"]:
-        """The face under each frame's weights, mm, face space. Mind the memory: frames * n * 3 doubles."""
+    def vertices(
+        self, weights: Float[np.ndarray, "frames shapes"], rows: Int[np.ndarray, " m"] | None = None
+    ) -> Float[np.ndarray, "frames m 3"]:
+        """The face, or its vertices `rows`, under each frame's weights, mm, face space.
+
+        Mind the memory: frames * vertices * 3 doubles.
+        """
+        if rows is not None:
+            part, local = self._cut(rows)
+            return part.vertices(weights)[:, local]
         out = np.empty((len(weights), *self.neutral.vertices.shape))
         for start in range(0, len(weights), CHUNK):
             out[start : start + CHUNK] = self._chunk(weights[start : start + CHUNK])
@@ -48,6 +56,26 @@ class Performer:
         """The same, a frame at a time."""
         for start in range(0, len(weights), CHUNK):
             yield from self._chunk(weights[start : start + CHUNK])
+
+    def _cut(self, rows: np.ndarray) -> tuple["Performer", np.ndarray]:
+        """A performer of the vertices `rows` and all that they hang on, and where `rows` are in it."""
+        bodies = tuple(part for part in self.rigid if np.isin(part, rows).any())
+        contacts = [*self.lids.values(), self.lips]
+        kept = np.unique(np.concatenate([rows, *bodies, *(c.vertices for c in contacts)]))
+        new = np.full(len(self.neutral.vertices), -1)
+        new[kept] = np.arange(len(kept))
+        basis = self.basis.reshape(len(self.basis), -1, 3)[:, kept].reshape(len(self.basis), -1)
+        part = replace(
+            self,
+            neutral=Mesh(self.neutral.vertices[kept], np.zeros((0, 3), np.int64)),
+            units=self.units[:, kept],
+            basis=np.ascontiguousarray(basis),
+            lids={side: replace(c, vertices=new[c.vertices]) for side, c in self.lids.items()},
+            lips=replace(self.lips, vertices=new[self.lips.vertices]),
+            rigid=tuple(new[body] for body in bodies),
+            skin=self.skin[kept],
+        )
+        return part, new[rows]
 
     def mesh(self, weights: Float[np.ndarray, " shapes"]) -> Mesh:
         """One frame's face."""
