@@ -58,10 +58,12 @@ def build(wheel: zipfile.ZipFile) -> tuple[dict[str, np.ndarray], dict[str, np.n
     people = [average + identities.random_person(macro, kept, rng) - macro.average() for _ in range(PEOPLE)]
     people = [contours.repair(p, plan, lines) for p in people]
     weight = regions.identity_weight(mean, plan, masks)
-    modes, explained = identities.identity_space(mean, people, plan.mirror, weight)
+    people = identities.align_all(people, mean, plan.mirror, weight)
+    people = np.stack([contours.seat_eyeballs(p, plan, lines) for p in people])
+    modes, explained = identities.identity_space(people, weight)
     faces, uv_faces = layout.triangulate(mean, plan)
     deltas = units.read_units(wheel, base, plan, mean, lines, regions.still(plan, masks), ARKIT_NAMES)
-    print(f"{len(mean)} vertices, {len(faces)} triangles, {len(modes)} modes explain {explained:.4f} of {PEOPLE} people")
+    print(f"{len(mean)} vertices, {len(faces)} triangles, {len(modes)} modes explain {explained:.4f}")
     held_fields = {name: field for family in held for name, field in family.fields().items()}
     print(f"{len(families)} families, {len(held)} held out = {len(held_fields)} targets: {[f.name for f in held]}")
     areas = regions.make_regions(mean, faces, plan, masks)
@@ -76,8 +78,8 @@ def build(wheel: zipfile.ZipFile) -> tuple[dict[str, np.ndarray], dict[str, np.n
         **{f"contour_{name}": arc.astype(np.uint16) for name, arc in lines.named().items()},
         mode_step=MODE_STEP, modes=_quantise(modes, MODE_STEP),
     )
-    performer = dict(names=np.array(list(held_fields)), step=HELD_STEP,
-                     displacements=_quantise(np.stack(list(held_fields.values())), HELD_STEP))
+    performer = {"names": np.array(list(held_fields)), "step": HELD_STEP,
+                     "displacements": _quantise(np.stack(list(held_fields.values())), HELD_STEP)}
     return face, performer
 
 

@@ -37,7 +37,7 @@ class Contours:
         """The arcs that the asset carries."""
         found = {f"{side}_{which}_lid": arc for side, pair in self.lids.items()
                  for which, arc in zip(("upper", "lower"), pair, strict=True)}
-        upper, lower = self.lips[418, 433]
+        upper, lower = self.lips[420, 436]
         return found | {"upper_lip": upper, "lower_lip": lower}
 
 
@@ -78,7 +78,7 @@ def seat_eyeballs(vertices: np.ndarray, plan: Layout, contours: Contours) -> np.
         for _ in range(8):
             spokes = vertices[edge] - centre
             length = np.linalg.norm(spokes, axis=1)
-            centre = centre + [0, 0, ((length - radius).mean() - goal) / (spokes[:, 2] / length).mean()]
+            centre[2] += ((length - radius).mean() - goal) / (spokes[:, 2] / length).mean()
         ids = plan.part == {"left": 1, "right": 2}[side]
         out[ids] = centre + plan.ball * radius
     return out

@@ -6,8 +6,8 @@ from itertools import product
 
 import numpy as np
 
-from .makehuman import Base, read_folder
 from .layout import MILLIMETRES, Layout
+from .makehuman import Base, read_folder
 
 FOLDERS = ("head", "forehead", "eyebrows", "eyes", "nose", "mouth", "cheek", "chin", "ears", "asym")
 OPPOSITES = (("incr", "decr"), ("up", "down"), ("out", "in"), ("forward", "backward"), ("convex", "concave"),
@@ -19,9 +19,9 @@ OLD_SHARE = 0.25
 """Of the average adult: a quarter of the way from MakeHuman's 25-year-old to its 90-year-old."""
 STRENGTH = 0.3
 """Standard deviation of a local slider; MakeHuman's own end at 1."""
-REACH = dict(asym=0.7, head=4.0, forehead=4.0, ear=3.0, nose=1.8)
+REACH = {"asym": 0.7, "head": 4.0, "forehead": 4.0, "ear": 3.0, "nose": 1.8}
 """Standard deviation of a slider is less where it would move some vertex by more than this many mm; else 2.2."""
-SIZE = 0.035
+SIZE = 0.03
 """Standard deviation of overall head size beyond what the targets bring, as a share."""
 
 
@@ -146,23 +146,28 @@ def random_person(macro: Macro, families: list[Family], rng: np.random.Generator
     return field + sum(family.field(rng) for family in families)
 
 
-def identity_space(start: np.ndarray, people: list[np.ndarray], mirror: np.ndarray, weight: np.ndarray,
-                   explained: float = 0.995, seed: int = 1) -> tuple[np.ndarray, float]:
-    """People (n, 3) about the average `start` -> (modes (c, n, 3) of one standard deviation, share explained), mm.
-
-    Every person enters with their mirror image, so that each mode is symmetric or antisymmetric. Rigid motion is
-    taken out by `weight` (n,), which also weighs the principal components.
-    """
-    rng = np.random.default_rng(seed)
-    half, mean = len(people), start
-    people = np.stack(people)
-    people = np.concatenate([people, people[:, mirror] * [-1, 1, 1]])
+def align_all(people: list[np.ndarray], start: np.ndarray, mirror: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """People (n, 3) and after them their mirror images (2 p, n, 3), moved rigidly onto their mean, by `weight` (n,)."""
+    both = np.stack(people)
+    both, mean = np.concatenate([both, both[:, mirror] * [-1, 1, 1]]), start
     for _ in range(3):
-        people = np.stack([align(p, mean, weight) for p in people])
-        mean = people.mean(0)
+        both = np.stack([align(p, mean, weight) for p in both])
+        mean = both.mean(0)
         mean = (mean + mean[mirror] * [-1, 1, 1]) / 2
-    grow = np.tile(1 + SIZE * rng.standard_normal(half), 2)
-    X = (people - mean) * grow[:, None, None] + (grow - grow.mean())[:, None, None] * mean
+    return both
+
+
+def identity_space(people: np.ndarray, weight: np.ndarray, explained: float = 0.995,
+                   seed: int = 1) -> tuple[np.ndarray, float]:
+    """Aligned people with their mirror images (2 p, n, 3) -> modes (c, n, 3) of one deviation, share explained.
+
+    Mirror images make each mode symmetric or antisymmetric. `weight` (n,) weighs the principal components. Overall
+    size varies by SIZE beyond what the people bring, about the face's centre.
+    """
+    half, mean = len(people) // 2, people.mean(0)
+    centre = (mean * weight[:, None]).sum(0) / weight.sum()
+    grow = np.tile(1 + SIZE * np.random.default_rng(seed).standard_normal(half), 2)[:, None, None]
+    X = (people - mean) * grow + (grow - grow.mean()) * (mean - centre)
     parts = [(X[:half] + X[half:]) / 2, (X[:half] - X[half:]) / 2]
     modes = np.concatenate([_components(part, weight) for part in parts])
     power = ((modes**2) * weight[:, None]).sum((1, 2))

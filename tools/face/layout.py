@@ -17,8 +17,8 @@ SOCKET = (7799, 7800)
 """An edge of the ring behind the left eye's lids where the socket is cut off: of people with large eyes it would
 come out through the skin."""
 PARTS = ("skin", "left_eye", "right_eye", "upper_teeth", "lower_teeth", "tongue")
-GROUPS = dict(left_eye="helper-l-eye", right_eye="helper-r-eye", upper_teeth="helper-upper-teeth",
-              lower_teeth="helper-lower-teeth", tongue="helper-tongue")
+GROUPS = {"left_eye": "helper-l-eye", "right_eye": "helper-r-eye", "upper_teeth": "helper-upper-teeth",
+              "lower_teeth": "helper-lower-teeth", "tongue": "helper-tongue"}
 EYE_RADIUS = 0.1496
 """Of the base's eyeballs, decimetres."""
 RINGS = np.radians([4, 8, 9.5, 16, 22, 24, 32, 45, 60, 75, 90, 110, 135, 160])

@@ -11,7 +11,7 @@ from .contours import Contours, ball
 from .layout import MILLIMETRES, Layout
 from .makehuman import Base, read_unit
 
-LOOK = dict(eyeLookIn=25.0, eyeLookOut=25.0, eyeLookUp=15.0, eyeLookDown=20.0)
+LOOK = {"eyeLookIn": 25.0, "eyeLookOut": 25.0, "eyeLookUp": 15.0, "eyeLookDown": 20.0}
 """Degrees that the eyeballs turn at weight 1."""
 CREASED = ("mouthSmile", "mouthDimple", "mouthStretch", "cheekSquint", "cheekPuff", "noseSneer")
 """Units whose data have one sharp fold across the cheek: smoothed there, lids and lips left alone."""

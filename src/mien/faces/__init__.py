@@ -2,5 +2,6 @@
 
 from .arkit import ARKIT_NAMES
 from .bundled import BundledFace, IdentitySpace, load_face
+from .ict import load_ict
 
-__all__ = ["ARKIT_NAMES", "BundledFace", "IdentitySpace", "load_face"]
+__all__ = ["ARKIT_NAMES", "BundledFace", "IdentitySpace", "load_face", "load_ict"]

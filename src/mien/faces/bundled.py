@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cache
-from importlib.resources import files
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -20,9 +20,14 @@ class IdentitySpace:
     """Millimetres a standard deviation, strongest first; each is symmetric or antisymmetric."""
 
     def displacement(self, coefficients: Float[np.ndarray, " c"]) -> Float[np.ndarray, "n 3"]:
-        """Sum of the modes under `coefficients`, in standard deviations; fewer than all are the first ones."""
-        used = self.modes[: len(coefficients)]
-        return np.tensordot(coefficients, used, axes=1)
+        """Sum of the modes under `coefficients`, in standard deviations; fewer than all are the first ones.
+
+        Raises:
+            ValueError: more coefficients than modes.
+        """
+        if len(coefficients) > len(self.modes):
+            raise ValueError(f"coefficients: expected at most {len(self.modes)}, got {len(coefficients)}")
+        return np.tensordot(coefficients, self.modes[: len(coefficients)], axes=1)
 
 
 @dataclass(frozen=True)
@@ -34,17 +39,18 @@ class BundledFace:
     """
 
     rig: Rig
-    """The average adult and the 52 ARKit shapes."""
+    """The average adult and the 52 ARKit shapes. `mouthClose` corrects `jawOpen` and means nothing by itself: weigh it
+    no more than `jawOpen`."""
     identity: IdentitySpace
     mirror: Int[np.ndarray, " n"]
     """The vertex at -x of each vertex; those on the mirror plane are their own. Exact on the neutral."""
-    parts: dict[str, Int[np.ndarray, " k"]]
+    parts: dict[str, Int[np.ndarray, " _"]]
     """Vertices of skin, left_eye, right_eye, upper_teeth, lower_teeth, tongue: every vertex is in one."""
     regions: dict[str, Float[np.ndarray, " n"]]
     """Smooth masks in 0..1 by name; 0 off the outer skin."""
-    contours: dict[str, Int[np.ndarray, " k"]]
+    contours: dict[str, Int[np.ndarray, " _"]]
     """Vertices along left_upper_lid, left_lower_lid, right_..., upper_lip, lower_lip: the edges of the openings,
-    from corner to corner by increasing x."""
+    from corner to corner by increasing x. Empty for a rig from elsewhere, whose shapes are taken as they are."""
 
     def person(self, coefficients: Float[np.ndarray, " c"]) -> Rig:
         """Another person's rig: the identity's neutral with the average's expressions, fitted to the eyes.
@@ -64,6 +70,8 @@ class BundledFace:
     def fitted_deltas(self, vertices: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "shapes n 3"]:
         """The 52 displacements (52, n, 3), mm, with eyes and lids fitted to the neutral face `vertices`."""
         deltas = self.rig.deltas.copy()
+        if not self.contours:
+            return deltas
         for side in ("left", "right"):
             lids = self.contours[f"{side}_upper_lid"], self.contours[f"{side}_lower_lid"]
             (centre, radius), (_, usual) = self.eyeball(vertices, side), self.eyeball(self.rig.neutral.vertices, side)
@@ -82,7 +90,7 @@ class BundledFace:
 @cache
 def load_face() -> BundledFace:
     """The bundled face. Read once a process; treat the arrays as read-only."""
-    with (files(__package__) / "assets" / "face.npz").open("rb") as file, np.load(file) as data:
+    with np.load(Path(__file__).parent / "assets" / "face.npz") as data:
         a = dict(data)
     n = len(a["neutral"])
     neutral = Mesh(

@@ -1,6 +1,6 @@
 """Identity targets that the bundled face's identity space has never seen. For the synthetic stage alone."""
 
-from importlib.resources import files
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
@@ -12,5 +12,5 @@ def load_held_out_targets() -> tuple[tuple[str, ...], Float[np.ndarray, "k n 3"]
     A fixed random third of MakeHuman's local identity targets was kept out of `BundledFace.identity`, so that a
     performer made of these lies outside its span. No solver may read them.
     """
-    with (files(__package__) / "assets" / "performer.npz").open("rb") as file, np.load(file) as data:
+    with np.load(Path(__file__).parent / "assets" / "performer.npz") as data:
         return tuple(data["names"].tolist()), data["displacements"] * float(data["step"])

@@ -29,7 +29,7 @@ def fit_blink(
     for _ in range(4):
         closed = vertices + blink * scale[:, None]
         fall = vertices[upper[1:-1], 1] - closed[upper[1:-1], 1]
-        open_still = closed[upper[1:-1], 1] - _curve(closed[lower], closed[upper[1:-1], 0])
+        open_still = gaps(closed, upper, lower)
         ratio = np.clip(scale[upper[1:-1]] * (fall + open_still + OVERLAP + SLACK) / (fall + SLACK), 0.2, 2.5)
         weight = np.maximum(fall, 0) + 0.1
         a, b, c = np.linalg.lstsq(basis * weight[:, None], ratio * weight, rcond=None)[0]
@@ -41,12 +41,13 @@ def fit_blink(
 
 def opening(vertices: Float[np.ndarray, "n 3"], upper: Int[np.ndarray, " u"], lower: Int[np.ndarray, " l"]) -> float:
     """Mean height of the opening between the lids' edges, mm."""
-    x = vertices[upper[1:-1], 0]
-    return float((vertices[upper[1:-1], 1] - _curve(vertices[lower], x)).mean())
+    return float(gaps(vertices, upper, lower).mean())
 
 
-def gaps(vertices: Float[np.ndarray, "n 3"], upper: Int[np.ndarray, " u"], lower: Int[np.ndarray, " l"]):
-    """Height of the opening (u - 2,) above the lower edge at every upper edge vertex but the corners', mm."""
+def gaps(
+    vertices: Float[np.ndarray, "n 3"], upper: Int[np.ndarray, " u"], lower: Int[np.ndarray, " l"]
+) -> Float[np.ndarray, " g"]:
+    """Height above the lower edge of every vertex of the upper edge but the corners', mm; below 0 they overlap."""
     return vertices[upper[1:-1], 1] - _curve(vertices[lower], vertices[upper[1:-1], 0])
 
 
