@@ -2,13 +2,14 @@
 
 from .casting import PerformerConfig, make_performer
 from .layout import Layout, marker_layout
-from .mocap import HeadMotion, MocapConfig, StagedTake, Truth, perform
+from .mocap import HeadMotion, MocapConfig, StagedTake, perform
 from .performer import Performer
 from .scanner import ScanConfig, StagedScan, scan
 from .score import Score, score_performance, score_vertices
 from .script import Script, frozen, random_performance, scripted
 from .skin import Skin, SkinConfig, make_skin
 from .style import StyleConfig
+from .truth import Truth
 
 __all__ = [
     "HeadMotion",

@@ -1,19 +1,19 @@
 """Optical motion capture of a performer: markers glued on, a head that moves, and the faults of real takes."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float
 
 from ..clip import Markers
 from ..errors import BadInput
-from ..mesh import Attachment, Mesh
+from ..mesh import Attachment
 from ..transforms import Transform, rotation_from_vector
 from .layout import Layout
-from .performer import CHUNK, Performer
+from .performer import Performer
 from .script import smooth
 from .skin import Skin
+from .truth import Truth
 
 SPAN = 512
 """Frames of markers worked on at a time."""
@@ -59,40 +59,6 @@ class MocapConfig:
 
 
 @dataclass(frozen=True)
-class Truth:
-    """What really happened. For scores alone: no solver may look at it."""
-
-    performer: Performer | Skin
-    weights: Float[np.ndarray, "frames shapes"]
-    T_lab_face: Transform
-    """Head pose, one a frame."""
-    rate: float
-    attachment: Attachment
-    """Where each marker sits on the performer's skin."""
-    standoff: Float[np.ndarray, " markers"]
-    """Marker centre above the skin, mm."""
-    clean: Float[np.ndarray, "frames markers 3"]
-    """Markers in the lab without any fault, mm."""
-
-    def __len__(self) -> int:
-        return len(self.weights)
-
-    @property
-    def neutral(self) -> Mesh:
-        """The performer at rest, face space."""
-        return self.performer.neutral
-
-    def vertices(self, frames: Int[np.ndarray, " f"] | slice = slice(None)) -> Float[np.ndarray, "f n 3"]:
-        """The performer at these frames, face space, mm; computed anew at each call."""
-        return self.performer.vertices(self.weights[frames])
-
-    def stream(self, frames: Int[np.ndarray, " f"], chunk: int = CHUNK) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """(frame numbers, vertices) in chunks."""
-        for start in range(0, len(frames), chunk):
-            yield frames[start : start + chunk], self.vertices(frames[start : start + chunk])
-
-
-@dataclass(frozen=True)
 class StagedTake:
     """A take and the truth behind it."""
 
@@ -102,7 +68,7 @@ class StagedTake:
 
 
 def perform(
-    performer: Performer | Skin,
+    actor: Performer | Skin,
     weights: Float[np.ndarray, "frames shapes"],
     rate: float,
     layout: Layout,
@@ -115,21 +81,21 @@ def perform(
         BadInput: weights of the wrong width, shares outside 0..1, an unknown up axis, more losses than markers.
     """
     config = config or MocapConfig()
-    _check(performer, weights, layout, config)
+    _check(actor, weights, layout, config)
     rng = np.random.default_rng([seed, 5])
     T_lab_face = lab_pose(config, rng) @ head_motion(len(weights), rate, config.head, rng)
     k = len(layout.attachment.faces)
     base = rng.uniform(*config.standoff)
     standoff = np.maximum(base + config.standoff_spread * rng.normal(size=k), 0.0) * (base > 0)
-    clean = T_lab_face.apply(carried(performer, weights, layout.attachment, standoff))
+    clean = T_lab_face.apply(carried(actor, weights, layout.attachment, standoff))
     positions = with_faults(clean, rate, config, rng)
-    truth = Truth(performer, weights, T_lab_face, rate, layout.attachment, standoff, clean)
+    truth = Truth(actor, weights, T_lab_face, rate, layout.attachment, standoff, clean)
     return StagedTake(Markers(positions, layout.labels, rate), truth)
 
 
-def _check(performer: Performer | Skin, weights: np.ndarray, layout: Layout, config: MocapConfig) -> None:
-    if weights.shape[1] != len(performer.names):
-        raise BadInput(f"weights: expected {len(performer.names)} a frame, one a unit, got {weights.shape[1]}")
+def _check(actor: Performer | Skin, weights: np.ndarray, layout: Layout, config: MocapConfig) -> None:
+    if weights.shape[1] != len(actor.names):
+        raise BadInput(f"weights: expected {len(actor.names)} a frame, one a unit, got {weights.shape[1]}")
     if not 0 <= config.dropouts < 1:
         raise BadInput(f"dropouts: expected a share in 0..1, got {config.dropouts}")
     if config.up not in ("+X", "+Y", "+Z"):
@@ -139,19 +105,19 @@ def _check(performer: Performer | Skin, weights: np.ndarray, layout: Layout, con
 
 
 def carried(
-    performer: Performer | Skin,
+    actor: Performer | Skin,
     weights: Float[np.ndarray, "frames shapes"],
     attachment: Attachment,
     standoff: Float[np.ndarray, " markers"],
 ) -> Float[np.ndarray, "frames markers 3"]:
     """Marker centres in face space, mm: on the skin, then out along its normal by the stand-off."""
-    all_faces = performer.neutral.faces
+    all_faces = actor.neutral.faces
     owner, ring = _rings(all_faces, attachment.faces)
     rows, local = np.unique(all_faces[ring], return_inverse=True)
     faces, corners = local.reshape(-1, 3), np.searchsorted(rows, all_faces[attachment.faces])
     out = np.empty((len(weights), len(corners), 3))
     for start in range(0, len(weights), SPAN):
-        points = performer.vertices(weights[start : start + SPAN], rows)
+        points = actor.vertices(weights[start : start + SPAN], rows)
         on_skin = np.einsum("kc,tkcd->tkd", attachment.barycentric, points[:, corners])
         out[start : start + SPAN] = on_skin + standoff[:, None] * _ring_normals(points, faces, owner)
     return out

@@ -12,8 +12,8 @@ from ..faces.bundled import load_face
 from ..mesh import ClosestPoint, Mesh, submesh
 from ..rig import Performance
 from ..transforms import Transform
-from .mocap import Truth
 from .performer import CHUNK
+from .truth import Truth
 
 Vertices = Callable[[Int[np.ndarray, " f"]], Float[np.ndarray, "f n 3"]]
 """Frame numbers -> a result's vertices in its own face space, mm, in the bundled topology."""
@@ -183,11 +183,12 @@ def _surface(
     vertices: Vertices, T_lab_result: Transform, truth: Truth, frames: np.ndarray, mask: np.ndarray
 ) -> np.ndarray:
     """Distances (f, v) from the result's vertices to the true skin, mm."""
-    skin, old = submesh(truth.neutral, np.flatnonzero(truth.performer.skin[truth.neutral.faces].all(axis=1)))
+    actor = truth.actor
+    skin, old = submesh(actor.neutral, np.flatnonzero(actor.skin[actor.neutral.faces].all(axis=1)))
     T_truth_result = truth.T_lab_face[frames].inverse() @ T_lab_result[frames]
     found = []
-    for i, (S, V) in enumerate(zip(vertices(frames), truth.vertices(frames), strict=True)):
-        true = ClosestPoint(Mesh(V[old], skin.faces))
+    for i, S in enumerate(vertices(frames)):
+        true = ClosestPoint(Mesh(actor.vertices(truth.weights[frames[i : i + 1]])[0][old], skin.faces))
         found.append(true.query(T_truth_result[i].apply(S[mask])).distances)
     return np.stack(found)
 
