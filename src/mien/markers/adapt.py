@@ -62,15 +62,14 @@ def adapt_rig(
     attachment: Attachment,
     neutral_correction: Float[np.ndarray, "markers 3"],
     shape_correction: Float[np.ndarray, "shapes markers 3"],
-    skin: Int[np.ndarray, " k"],
+    S: Float[np.ndarray, "n markers"],
     config: AdaptConfig = AdaptConfig(),
 ) -> Rig:
-    """The rig with corrections at the markers spread smoothly over the skin (vertex indices `skin`).
+    """The rig with corrections at the markers spread smoothly over the skin by `S` (see `spread`).
 
     A shape's correction is spread as a share of how much the shape may vary there (see `AdaptConfig`): it fades where
     the shape itself does not move.
     """
-    S = spread(rig.neutral, attachment, skin, config.reach_mm)
     D = attachment.matrix(rig.neutral)
     neutral = rig.neutral.with_vertices(rig.neutral.vertices + S @ neutral_correction)
     deltas = rig.deltas.copy()
@@ -82,15 +81,6 @@ def adapt_rig(
         if body > 1e-6:
             deltas[k] += everywhere[:, None] * (S @ (shape_correction[k] / here[:, None]))
     return rig.with_shapes(neutral, deltas)
-
-
-def bend_neutral(
-    rig: Rig, attachment: Attachment, correction: Float[np.ndarray, "markers 3"], skin: Int[np.ndarray, " k"],
-    config: AdaptConfig = AdaptConfig(),
-) -> Rig:
-    """The rig with its neutral moved by `correction` (mm) at the markers, smoothly in between; shapes untouched."""
-    S = spread(rig.neutral, attachment, skin, config.reach_mm)
-    return rig.with_shapes(rig.neutral.with_vertices(rig.neutral.vertices + S @ correction), rig.deltas)
 
 
 def spread(

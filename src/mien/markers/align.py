@@ -28,7 +28,7 @@ class AlignConfig:
     """How far the similarity's scale may leave 1: the person's head is larger or smaller than the mean."""
     distinct_mm: float = 8.0
     """Two alignments that bring the markers this near, in the mean, are one."""
-    most: int = 10
+    most: int = 6
     """Distinct alignments handed on, best first."""
 
 

@@ -72,11 +72,12 @@ def _low_rank(positions: np.ndarray, alive: np.ndarray, config: GapConfig) -> np
     seen = np.isfinite(X)
     mean = np.nanmean(np.where(seen.any(axis=0), X, 0.0), axis=0)
     X = np.where(seen, X, mean)
-    rank = min(config.rank, min(X.shape) - 1)
+    rank = max(1, min(config.rank, min(X.shape) - 1))
+    basis = np.random.default_rng(0).normal(size=(3 * m, rank))
     for _ in range(config.sweeps):
         mean = X.mean(axis=0)
-        eigenvalues, axes = np.linalg.eigh((X - mean).T @ (X - mean))
-        basis = axes[:, np.argsort(eigenvalues)[::-1][:rank]]
+        for _ in range(2):
+            basis = np.linalg.qr((X - mean).T @ ((X - mean) @ basis))[0]
         X = np.where(seen, X, mean + (X - mean) @ basis @ basis.T)
     estimate = np.full((t, 3 * m), np.nan)
     estimate[alive] = X

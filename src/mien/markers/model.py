@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ..mesh import Attachment, vertex_normals
+from ..mesh import Attachment, submesh, vertex_normals
 from ..rig import Rig
 from ..transforms import skew
 
@@ -37,14 +37,17 @@ def marker_model(rig: Rig, attachment: Attachment, standoff: Float[np.ndarray, "
 
     The stand-off turns with the normal of each shape, to first order in the weights.
     """
-    D = attachment.matrix(rig.neutral)
-    faces = rig.neutral.faces
+    around = np.isin(rig.neutral.faces, rig.neutral.faces[attachment.faces]).any(axis=1)
+    part, old = submesh(rig.neutral, around)
+    here = np.cumsum(around) - 1
+    D = Attachment(here[attachment.faces], attachment.barycentric).matrix(part)
+    faces = part.faces
 
     def above(vertices: np.ndarray) -> np.ndarray:
         normals = D @ vertex_normals(vertices, faces)
         normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
         return D @ vertices + standoff[:, None] * normals
 
-    rest = above(rig.neutral.vertices)
-    shapes = np.stack([above(rig.neutral.vertices + delta) - rest for delta in rig.deltas])
+    rest = above(part.vertices)
+    shapes = np.stack([above(part.vertices + delta[old]) - rest for delta in rig.deltas])
     return MarkerModel(rest, shapes)

@@ -11,7 +11,7 @@ from ..mesh import Attachment
 from ..progress import SILENT, Progress
 from ..rig import Performance, Rig
 from ..transforms import Transform
-from .adapt import AdaptConfig, adapt_rig, bend_neutral, shape_corrections
+from .adapt import AdaptConfig, adapt_rig, shape_corrections, spread
 from .attach import AttachConfig, Attached, attach, attach_by_hand
 from .depth import DepthConfig, depth_metric
 from .gaps import GapConfig, fill_gaps
@@ -95,8 +95,9 @@ def _solve_and_adapt(
     lab, T_world_face, rate, attached: Attached, face: BundledFace, metric, config: TakeConfig, progress: Progress
 ) -> tuple[Attached, FrameSolve]:
     """Solve every frame, bend the shapes by what is left, and again."""
+    S = spread(attached.rig.neutral, attached.attachment, face.parts["skin"], config.adapt.reach_mm)
+    attached = replace(attached, rig=_settled(attached, face, S))
     rounds = config.adapt_rounds
-    attached = replace(attached, rig=_settled(attached, face, config.adapt))
     for number in range(rounds + 1):
         model = marker_model(attached.rig, attached.attachment, attached.standoff)
         solved = solve_frames(model, lab, T_world_face, rate, metric, config.solve)
@@ -107,14 +108,13 @@ def _solve_and_adapt(
         targets = T_world_face.inverse().apply(lab)
         used = solved.used & solved.tracked[:, None]
         neutral, shapes = shape_corrections(model, solved.weights, targets, used, rate, config.adapt)
-        rig = adapt_rig(attached.rig, attached.attachment, neutral, shapes, face.parts["skin"], config.adapt)
-        attached = replace(attached, rig=rig)
+        attached = replace(attached, rig=adapt_rig(attached.rig, attached.attachment, neutral, shapes, S, config.adapt))
     return attached, solved
 
 
-def _settled(attached: Attached, face: BundledFace, config: AdaptConfig) -> Rig:
+def _settled(attached: Attached, face: BundledFace, S: np.ndarray) -> Rig:
     """The person with the calm frame's markers met by the neutral face, so that no expression has to."""
     model = marker_model(attached.rig, attached.attachment, attached.standoff)
-    skin = face.parts["skin"]
-    rig = bend_neutral(attached.rig, attached.attachment, attached.rest - model.rest, skin, config)
-    return rig.with_shapes(rig.neutral, face.fitted_deltas(rig.neutral.vertices))
+    neutral = attached.rig.neutral
+    vertices = neutral.vertices + S @ (attached.rest - model.rest)
+    return attached.rig.with_shapes(neutral.with_vertices(vertices), face.fitted_deltas(vertices))
