@@ -213,8 +213,9 @@ FACS23: dict[str, tuple[str, ...]] = {
     "mouthUpperUp": ("mouthUpperUpLeft", "mouthUpperUpRight"),
     "mouthLowerDown": ("mouthLowerDownLeft", "mouthLowerDownRight"),
 }
-"""The 23 FACS-inspired expressions of Li et al. 2013, who do not list theirs: ARKit's, both sides in one but for blinks,
-smiles and what moves the mouth aside. Left out: gaze, tongue, lip roll, press and shrug, dimples, jaw forward."""
+"""The 23 FACS-inspired expressions of Li et al. 2013, who do not list theirs: ARKit's, both sides in one but for
+blinks, smiles and what moves the mouth aside. Left out: gaze, tongue, lips rolled, pressed or shrugged, dimples, jaw
+forward."""
 
 
 def merged(rig: Rig, groups: dict[str, tuple[str, ...]] = FACS23) -> Rig:

@@ -145,20 +145,20 @@ def feature_offsets(
     points = T_camera_face.apply(model.picks @ vertices.astype(np.float64))
     z = points[:, 2]
     if use_depth and sighting.depth is not None:
-        seen = _depth_at(sighting, sight)
+        seen = _depth_at(sighting.depth, sighting, sight)
         z = np.where(np.abs(seen - z) < reach / 2, seen, z)
     wanted = np.column_stack([sight * z[:, None], z]) - points
     wanted[np.linalg.norm(wanted, axis=1) > reach] = 0
     return wanted @ T_camera_face.rotation
 
 
-def _depth_at(sighting: Sighting, sight: np.ndarray) -> np.ndarray:
+def _depth_at(depth: np.ndarray, sighting: Sighting, sight: np.ndarray) -> np.ndarray:
     """Depth (mm) on lines of sight; 0 where there is none."""
     fx, fy, cx, cy = sighting.intrinsics
-    h, w = sighting.depth.shape
+    h, w = depth.shape
     u, v = np.round(sight[:, 0] * fx + cx).astype(int), np.round(sight[:, 1] * fy + cy).astype(int)
     inside = (u >= 0) & (v >= 0) & (u < w) & (v < h)
-    return np.where(inside, sighting.depth[np.clip(v, 0, h - 1), np.clip(u, 0, w - 1)], 0)
+    return np.where(inside, depth[np.clip(v, 0, h - 1), np.clip(u, 0, w - 1)], 0)
 
 
 @dataclass(frozen=True)

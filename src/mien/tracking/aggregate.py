@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import igl
 import numpy as np
-from jaxtyping import Float, Float32
+from jaxtyping import Float32
 
 from .._kernels import tsdf
 from ..camera import Camera
@@ -60,7 +60,8 @@ class Volume:
         values = np.where(self.weight >= least, self.distance, 1.0)
         grid = np.stack(np.meshgrid(*(np.arange(n, dtype=float) for n in shape), indexing="ij"), -1)
         flat = (values.ravel(order="F").astype(np.float64), grid.reshape(-1, 3, order="F"))
-        vertices, faces = igl.marching_cubes(*flat, *shape, 0.0)[:2]
+        found = igl.marching_cubes(*flat, *shape, 0.0)
+        vertices, faces = np.asarray(found[0]), np.asarray(found[1])
         lower = np.clip(np.floor(vertices).astype(int), 0, np.array(shape) - 2)
         corners = [np.array([a, b, c]) for a in (0, 1) for b in (0, 1) for c in (0, 1)]
         seen = np.min([self.weight[tuple((lower + corner).T)] for corner in corners], axis=0) >= least
@@ -107,7 +108,7 @@ def aggregate(
     volume, poses, errors = Volume(config), [], []
     model, rigid = None, RigidConfig(enough=0.0, iterations=8, soft=2.0, reach=15.0)
     for i, frame in enumerate(frames):
-        depth = median(frame.depth)
+        depth = median(_depth_of(frame))
         if model is not None:
             found = _settle(model, T_camera_face, Sighting(depth, camera), rigid)
             poses.append(found.T_camera_face if found.error < config.enough else None)
@@ -128,6 +129,12 @@ def aggregate(
         )
     least = min(3.0, kept / 2)
     return Aggregate(volume.surface(least), tuple(poses), float(np.mean(errors)) if errors else 0.0)
+
+
+def _depth_of(frame: RGBDFrame) -> Float32[np.ndarray, "h w"]:
+    if frame.depth is None:
+        raise BadInput(f"the frame at {frame.time:.3f} s has no depth; a rig is made from an RGB-D take")
+    return frame.depth
 
 
 def _model(volume: Volume) -> Mesh:

@@ -83,5 +83,5 @@ def learn(
 
 def _turn(T_camera_face: Transform, config: BiasConfig) -> Float[np.ndarray, " 3"]:
     """1, pitch, yaw: from where the face's z axis points."""
-    ahead = T_camera_face.rotation[:, 2]
-    return np.array([1.0, np.arcsin(np.clip(ahead[1], -1, 1)) / config.turn, np.arctan2(ahead[0], -ahead[2]) / config.turn])
+    x, y, z = T_camera_face.rotation[:, 2]
+    return np.array([1.0, np.arcsin(np.clip(y, -1, 1)) / config.turn, np.arctan2(x, -z) / config.turn])

@@ -6,10 +6,8 @@ import numpy as np
 from jaxtyping import Float, Float32
 
 from ..rig import Rig
+from ..rig.retarget import CORRECTIVE
 from .model import TrackingModel
-
-CORRECTIVE = "corrective"
-"""What the names of corrective shapes begin with."""
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """Where the head is, from landmarks alone: at the start, and after it was lost (Li et al. 2013, sec. 4.1)."""
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Float32
 
 from ..camera import Camera
 from ..depth import RGBDFrame
@@ -31,7 +31,7 @@ def detect(model: TrackingModel, frame: RGBDFrame, landmarks: Landmarks2D, camer
     T_camera_face = _reprojected(model, landmarks, camera, _rough(model, landmarks, camera))
     if frame.depth is None:
         return T_camera_face
-    seen = lifted(frame, landmarks, camera)
+    seen = lifted(frame.depth, landmarks, camera)
     check_size(model, seen)
     ids = np.flatnonzero(model.landmarks.known & np.isfinite(seen[:, 2]))
     if len(ids) < 20:
@@ -45,12 +45,14 @@ def detect(model: TrackingModel, frame: RGBDFrame, landmarks: Landmarks2D, camer
     return T_camera_face
 
 
-def lifted(frame: RGBDFrame, landmarks: Landmarks2D, camera: Camera) -> Float[np.ndarray, "478 3"]:
+def lifted(
+    depth: Float32[np.ndarray, "h w"], landmarks: Landmarks2D, camera: Camera
+) -> Float[np.ndarray, "478 3"]:
     """The landmarks as 3D points of the depth image (median of 3 x 3 pixels), camera space, mm; NaN without depth."""
     u, v = np.round(landmarks.points).astype(int).T
     inside = (u >= 1) & (v >= 1) & (u < camera.width - 1) & (v < camera.height - 1)
     u, v = np.clip(u, 1, camera.width - 2), np.clip(v, 1, camera.height - 2)
-    steps = np.stack([frame.depth[v + i, u + j] for i in (-1, 0, 1) for j in (-1, 0, 1)]).astype(float)
+    steps = np.stack([depth[v + i, u + j] for i in (-1, 0, 1) for j in (-1, 0, 1)]).astype(float)
     valid = (steps > 0) & inside
     some = valid.sum(0) >= 5
     z = np.full(len(u), np.nan)

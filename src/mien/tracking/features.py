@@ -121,7 +121,7 @@ def _seen_on(rig: Rig, mesh: Mesh, eyes: FaceLandmarker) -> tuple[np.ndarray, np
     if not views:
         return np.zeros(COUNT, bool), np.full((COUNT, 3), np.nan)
     seen = np.stack(views)
-    known = np.isfinite(seen[..., 0]).any(0)
+    known = np.asarray(np.isfinite(seen[..., 0]).any(0))
     seen[:, ~known] = 0
     return known, np.nanmedian(seen, axis=0)
 

@@ -1,6 +1,6 @@
 """The neutral face from a merged scan (Li et al. 2013, sec. 3): identity coefficients, then a shrink-wrap."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
@@ -72,7 +72,7 @@ def target(scan: Mesh) -> Target:
     """Closest points, normals and border of a scan."""
     edge = np.zeros(len(scan.vertices), bool)
     edge[boundary_vertices(scan.faces)] = True
-    return Target(ClosestPoint(scan), face_normals(scan.vertices, scan.faces), edge[scan.faces].any(1))
+    return Target(ClosestPoint(scan), face_normals(scan.vertices, scan.faces), np.asarray(edge[scan.faces].any(1)))
 
 
 def fit_neutral(

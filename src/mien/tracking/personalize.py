@@ -94,7 +94,7 @@ def personalize(
     T_camera_face = detect(tracking_model(face.rig, generic), frames[0], found[0], take.camera)
     scanned = aggregate(frames, take.camera, T_camera_face, config.aggregate, progress)
     seen = landmarks_on_scan(scanned, frames, found, take.camera)
-    eye = scanned.T_camera_face[0].inverse().translation
+    eye = T_camera_face.inverse().translation
     neutral = fit_neutral(face, generic, scanned.scan, seen, eye, config.neutral)
     expressions = face.rig if config.shapes == "arkit" else merged(face.rig)
     rig = transfer_rig(expressions, neutral.mesh)
@@ -136,9 +136,9 @@ def landmarks_on_scan(
 ) -> Float[np.ndarray, "478 3"]:
     """Each landmark's median place over the frames, in the scan's space, mm; NaN where depth never showed it."""
     places = [
-        pose.inverse().apply(lifted(frame, landmarks, camera))
+        pose.inverse().apply(lifted(frame.depth, landmarks, camera))
         for pose, frame, landmarks in zip(scanned.T_camera_face, frames, found, strict=True)
-        if pose is not None
+        if pose is not None and frame.depth is not None
     ]
     return _median(np.stack(places))
 

@@ -211,14 +211,14 @@ def _outline(tools: Tools, state: TrackState) -> Float[np.ndarray, "n 2"]:
 
 def _blendshapes(tools, frame, sighting: Sighting, T_camera_face, state: TrackState, config: TrackConfig):
     """Sec. 4.2: fit from the last frame's coefficients, then filter them."""
-    fresh = state.weights is None or state.lost
-    before = np.zeros(tools.model.shapes) if fresh else np.clip(state.weights.values, 0, 1)
-    fitting = at_rest(config.fit) if fresh else config.fit
+    last = None if state.lost else state.weights
+    before = np.zeros(tools.model.shapes) if last is None else np.clip(last.values, 0, 1)
+    fitting = at_rest(config.fit) if last is None else config.fit
     fit = fit_blendshapes(tools.model, sighting, before, T_camera_face, fitting, config.rigid)
-    if fresh or not config.smooth:
+    if last is None or not config.smooth:
         return fit.weights, fit.T_camera_face, filters.start(fit.weights, config.kalman)
     dt = max(frame.time - state.time, 1e-3)
-    filtered = filters.step(state.weights, fit.weights, dt, config.kalman)
+    filtered = filters.step(last, fit.weights, dt, config.kalman)
     return np.clip(filtered.values, 0, 1), fit.T_camera_face, filtered
 
 
@@ -273,10 +273,12 @@ def _rms(model: TrackingModel, displacement) -> float:
 
 def carried(sighting: Sighting, state: TrackState, T_camera_face: Transform, model: TrackingModel) -> Sighting:
     """Landmarks of the last frame, moved with the head since: each on the depth that the model has there."""
+    if sighting.sight is None:
+        return sighting
     T_now_then = T_camera_face @ state.T_camera_face.inverse()
     depth = state.T_camera_face.apply(model.landmark_neutral)[:, 2:]
     points = T_now_then.apply(np.concatenate([sighting.sight, np.ones_like(depth)], 1) * depth)
-    return replace(sighting, sight=points[:, :2] / points[:, 2:])
+    return sighting.moved(points[:, :2] / points[:, 2:])
 
 
 def _lost(tools: Tools, state: TrackState, frame: RGBDFrame) -> tuple[TrackState, TrackResult]:

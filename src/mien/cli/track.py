@@ -1,0 +1,93 @@
+"""`mien track`: an RGB-D take, or a video, becomes an animated face."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from ..errors import BadInput
+from ..io.gltf import write_performance
+from ..io.rgbd import RgbdTake, read_rgbd
+from ..io.rgbd_live import Replay, live_frames
+from ..io.rigs import read_any_rig
+from ..tracking.features import LandmarkMap, find_landmarks
+from ..tracking.pipeline import TakeConfig, Tracked, track_take
+from .bar import bar
+from .personalize import beside
+
+
+def track(
+    take: Path,
+    *,
+    rig: Path | None = None,
+    output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("perf.glb"),
+    live: bool = False,
+    depth_scale: float | None = None,
+    rate: float | None = None,
+    focal: float | None = None,
+    config: Annotated[TakeConfig, Parameter(name="*")] = TakeConfig(),
+) -> None:
+    """An RGB-D take or a plain video in; an animated face with head motion out.
+
+    Parameters
+    ----------
+    take
+        An RGB-D folder, a Record3D .r3d, a RealSense .bag, a video, or a folder of colour images.
+    rig
+        The person's rig (.glb, from `mien personalize`). Without it the bundled average face is used: fit for a video,
+        poor for depth.
+    output
+        Where the animated face goes (.glb).
+    live
+        Play the take by the clock, as a camera would: landmarks are those of the frame before, and frames that come
+        while the tracker is busy are lost.
+    depth_scale
+        Units a metre in a folder's depth images, instead of what its take.json says.
+    rate
+        Frames a second, instead of what the take says.
+    focal
+        Focal length of a video's lens, pixels; without it 60 degrees are assumed across the longer side.
+    """
+    if output.suffix.lower() != ".glb":
+        raise BadInput(f"{output}: performances are written as .glb; name it so")
+    source = read_rgbd(take, depth_scale, rate, focal)
+    person, landmarks = rig_for(rig)
+    if live:
+        source, config = as_live(source), replace(config, late=True)
+    with bar() as progress:
+        tracked = track_take(source, person, landmarks, config=config, progress=progress)
+    write_performance(output, tracked.performance)
+    print(summary(output, tracked, source))
+    if tracked.stopped:
+        raise BadInput(f"{tracked.stopped}; the {len(tracked.performance)} frames before are in {output}")
+
+
+def rig_for(path: Path | None):
+    """The rig, and where its landmarks are: from the file beside it, else by looking at it."""
+    if path is None:
+        from ..faces.bundled import load_face
+
+        return load_face().rig, None
+    rig = read_any_rig(path)
+    kept = beside(path)
+    return rig, LandmarkMap.load(kept, rig.neutral) if kept.is_file() else find_landmarks(rig)
+
+
+def as_live(take: RgbdTake) -> RgbdTake:
+    """The take played by the clock."""
+    return replace(take, frames=lambda: live_frames(Replay(take)))
+
+
+def summary(output: Path, tracked: Tracked, take: RgbdTake) -> str:
+    """The line that ends a run."""
+    import numpy as np
+
+    performance = tracked.performance
+    seen = int(performance.tracked.sum())
+    line = f"{output}: {seen} of {len(performance)} frames tracked"
+    if take.has_depth:
+        line += f", {np.nanmean(tracked.errors):.2f} mm mean distance from the depth before the fit"
+    if take.guessed_camera:
+        line += f"; the lens was taken to be {take.camera.fx:.0f} pixels long (say --focal if you know better)"
+    return line

@@ -1,0 +1,117 @@
+"""Performances on other rigs."""
+
+import numpy as np
+import pytest
+
+from mien.errors import BadInput
+from mien.mesh import Mesh
+from mien.rig import Performance, Rig
+from mien.rig.retarget import by_name, lay_over, resolve_weights, retarget
+from mien.rig.transfer import FACS23, merged
+from mien.transforms import Transform, rotation_from_vector
+
+
+def sheet(n, size=60.0):
+    """A domed sheet of n x n vertices, the same surface for every n."""
+    x, y = (a.ravel() for a in np.meshgrid(np.linspace(-1, 1, n), np.linspace(-1, 1, n)))
+    vertices = size * np.stack([x, y, 0.5 * np.exp(-2 * x**2 - 2 * y**2)], 1)
+    i = np.arange(n * n).reshape(n, n)
+    a, b, c, d = i[:-1, :-1].ravel(), i[:-1, 1:].ravel(), i[1:, 1:].ravel(), i[1:, :-1].ravel()
+    return Mesh(vertices, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]))
+
+
+def bump(mesh, centre, direction, size=60.0):
+    away = ((mesh.vertices[:, :2] / size - centre) ** 2).sum(1) / 0.5**2
+    return np.maximum(1 - away, 0)[:, None] ** 2 * np.array(direction)
+
+
+def rig_on(mesh, names=("jawOpen", "mouthSmileLeft"), size=60.0):
+    shapes = [bump(mesh, (0, -0.3), (0, -6, 0), size), bump(mesh, (0.3, 0), (2, 2, 3), size)]
+    return Rig(mesh, np.stack(shapes[: len(names)]), names)
+
+
+def performed(rig, weights):
+    t = len(weights)
+    turn = rotation_from_vector(np.linspace(0, 0.3, t)[:, None] * [0, 1, 0])
+    return Performance(rig, weights, Transform(turn, np.ones((t, 3))), 30.0, np.ones(t, bool))
+
+
+def test_weights_go_by_name_and_the_pose_goes_along():
+    take = performed(rig_on(sheet(12)), np.random.default_rng(0).random((5, 2)))
+    target = rig_on(sheet(9), ("mouthSmileLeft", "jawOpen"))
+    out = retarget(take, target)
+    np.testing.assert_array_equal(out.performance.weights, take.weights[:, ::-1])
+    np.testing.assert_array_equal(out.performance.T_world_face.rotation, take.T_world_face.rotation)
+    assert (out.moved, out.dropped, out.correctives) == (("jawOpen", "mouthSmileLeft"), (), 0)
+
+
+def test_what_the_target_lacks_is_named_if_it_is_used():
+    take = performed(rig_on(sheet(12)), np.array([[0.5, 0.2], [0.1, 0.0]]))
+    assert retarget(take, rig_on(sheet(9), ("jawOpen",))).dropped == ("mouthSmileLeft",)
+    still = performed(take.rig, take.weights * [1, 0])
+    assert retarget(still, rig_on(sheet(9), ("jawOpen",))).dropped == ()
+
+
+def test_rigs_without_a_common_shape_are_refused():
+    take = performed(rig_on(sheet(12)), np.zeros((1, 2)))
+    with pytest.raises(BadInput, match="no shape in common"):
+        retarget(take, rig_on(sheet(9), ("A", "B")))
+
+
+def test_merged_shapes_and_their_parts_speak_to_one_another():
+    parts = FACS23["browDown"]
+    weights, moved, _ = by_name(("browDown",), np.array([[0.8]]), parts)
+    np.testing.assert_array_equal(weights, [[0.8, 0.8]])
+    assert moved == ("browDown",)
+    back, _, _ = by_name(parts, np.array([[0.8, 0.4]]), ("browDown",))
+    np.testing.assert_allclose(back, [[0.6]])
+
+
+def test_there_are_23_expressions_and_a_merged_one_is_the_sum():
+    assert len(FACS23) == 23
+    names = tuple(dict.fromkeys(name for parts in FACS23.values() for name in parts))
+    deltas = np.random.default_rng(1).normal(size=(len(names), 16, 3))
+    rig = Rig(sheet(4), deltas, names)
+    whole = merged(rig)
+    expected = deltas[names.index("browDownLeft")] + deltas[names.index("browDownRight")]
+    np.testing.assert_array_equal(whole.deltas[whole.index("browDown")], expected)
+
+
+def corrected(n):
+    """A rig with a corrective on it, and its performance."""
+    base = rig_on(sheet(n))
+    extra = bump(base.neutral, (-0.2, 0.2), (0, 1, 4))
+    rig = Rig(base.neutral, np.concatenate([base.deltas, extra[None]]), (*base.names, "corrective01"))
+    return performed(rig, np.array([[0.0, 0.0, 0.0], [0.5, 0.2, -1.0], [0.3, 0.9, 0.7]]))
+
+
+def test_correctives_are_exact_on_the_same_surface():
+    take = corrected(12)
+    out = retarget(take, rig_on(sheet(12))).performance
+    for a, b in zip(out.meshes(world=True), take.meshes(world=True), strict=True):
+        np.testing.assert_allclose(a.vertices, b.vertices, atol=1e-8)
+
+
+def test_correctives_show_on_another_topology_and_size():
+    take, size = corrected(24), 90.0
+    target = rig_on(sheet(15, size), size=size)
+    out = retarget(take, target)
+    assert out.correctives == 1
+    found = out.performance.rig.deltas[-1]
+    expected = 1.5 * bump(target.neutral, (-0.2, 0.2), (0, 1, 4), size)
+    assert np.linalg.norm(found - expected, axis=1).max() < 0.2 * np.linalg.norm(expected, axis=1).max()
+    assert retarget(take, target, correctives=False).performance.rig.names == target.names
+
+
+def test_lay_over_undoes_scale_and_shift():
+    source = sheet(20)
+    moved = source.with_vertices(1.4 * source.vertices + [10, -5, 30])
+    np.testing.assert_allclose(lay_over(source, moved).vertices, source.vertices, atol=0.05)
+
+
+def test_weights_are_found_again_on_the_final_mesh():
+    rig = rig_on(sheet(15))
+    weights = np.array([[0.0, 0.0], [1.0, 0.3], [0.2, 0.9]])
+    np.testing.assert_allclose(resolve_weights(rig, rig.vertices(weights)), weights, atol=1e-8)
+    beyond = rig.vertices(np.array([[1.5, 0.0]]))
+    np.testing.assert_allclose(resolve_weights(rig, beyond)[0, 0], 1.0)
