@@ -287,7 +287,7 @@ def _soft_shadow(points, normals, lamp, depth, pose, lens, first, last, out):
         z = pose[2, 0] * p[0] + pose[2, 1] * p[1] + pose[2, 2] * p[2] + pose[2, 3]
         # the tangent plane in the lamp's image: depth per texel, held back where it is nearly edge-on
         texel = z / focal
-        steep = texel / max(cosine, 0.2)
+        steep = texel / max(cosine, 0.1)
         slope_u = steep * (pose[0, 0] * n[0] + pose[0, 1] * n[1] + pose[0, 2] * n[2])
         slope_v = steep * (pose[1, 0] * n[0] + pose[1, 1] * n[1] + pose[1, 2] * n[2])
         u = min(max(focal * x / z + centre, 1.0), size - 2.001)

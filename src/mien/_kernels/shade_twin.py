@@ -61,7 +61,7 @@ def soft_shadow(points, normals, lamp, depth, pose, lens):
     cosine = n @ lamp
     x, y, z = pose[:, :3] @ points.T.astype(float) + pose[:, 3:]
     texel = z / focal
-    slope_u, slope_v, _ = texel / np.maximum(cosine, 0.2) * (pose[:, :3] @ n.T)
+    slope_u, slope_v, _ = texel / np.maximum(cosine, 0.1) * (pose[:, :3] @ n.T)
     u, v = (np.clip(focal * w / z + centre, 1, size - 2.001) for w in (x, y))
     i, j = u.astype(int), v.astype(int)
     total = np.zeros(len(points))

@@ -39,7 +39,8 @@ def table(name: str, linear: bool = False) -> Float[np.ndarray, "levels 3"]:
     lightness, chroma, hue = np.array(MAPS[name], dtype=float).T
     tint = chroma * np.exp(1j * np.radians(hue))
     knots, t = np.linspace(0, 1, len(lightness)), np.linspace(0, 1, LEVELS)
-    lab = np.stack([PchipInterpolator(knots, x)(t) for x in (lightness, tint.real, tint.imag)], 1)
+    bent = (PchipInterpolator(knots, x)(t) for x in (tint.real, tint.imag))
+    lab = np.stack([np.interp(t, knots, lightness), *bent], 1)
     colors = np.vstack([_into_gamut(lab), to_linear(np.array(NOTHING))])
     return colors if linear else to_srgb(colors)
 

@@ -8,8 +8,8 @@ from jaxtyping import Float, Int
 from .._kernels.shade import soft_shadow
 from .._kernels.zbuffer import zbuffer
 
-DISTANCE = 8.0
-"""How far off the lamp stands, in radii of the mesh."""
+DISTANCE = 60.0
+"""How far off the lamp stands, in radii of the mesh: far, since the light that it shadows is parallel."""
 
 
 @dataclass(frozen=True)
