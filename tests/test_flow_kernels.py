@@ -60,13 +60,13 @@ def test_frame_repeats_the_border(rng):
             assert around == expected
 
 
-@pytest.mark.parametrize("turn", [False, True])
-def test_linearise_agrees(rng, turn):
-    u, v = _random(rng, 2, H + 2, HALF + 2), _random(rng, 2, H + 2, HALF + 2)
-    arguments = [_random(rng, H + 3, W + 3, C), rng.random((H, W), dtype=np.float32), u, v]
-    arguments += [_random(rng, 2, C, 6, H, HALF), _random(rng, 2, C, 2, H, HALF), np.float32(0.3), turn]
-    arguments += [np.zeros((2, C, 8, H, HALF), np.float32), np.zeros((2, H, HALF), np.float32)]
-    _assert_agree("linearise", arguments, (8, 9))
+@pytest.mark.parametrize(("parity", "turn"), [(0, False), (1, True)])
+def test_linearise_agrees(rng, parity, turn):
+    flows = [_random(rng, H + 2, HALF + 2) for _ in range(4)]
+    arguments = [_random(rng, C, (H + 3) * (W + 3)), rng.random((H, W), dtype=np.float32), *flows, parity]
+    arguments += [_random(rng, C, 6, H, HALF), _random(rng, C, 2, H, HALF), np.float32(0.3), turn]
+    arguments += [np.zeros((C, 8, H, HALF), np.float32), np.zeros((H, HALF), np.float32)]
+    _assert_agree("linearise", arguments, (11, 12))
 
 
 @pytest.mark.parametrize("parity", [0, 1])

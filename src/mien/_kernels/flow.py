@@ -13,100 +13,112 @@ from typing import no_type_check
 import numpy as np
 from numba import njit, prange
 
+NIL, ONE, TWO, THREE, HALF, SIXTH, TWO_THIRDS, THREE_HALVES = np.array(
+    [0, 1, 2, 3, 1 / 2, 1 / 6, 2 / 3, 3 / 2], np.float32
+)
+"""Constants of 32 bits: a plain 1 would turn the arithmetic around it into 64."""
 LIMIT = np.float32(0.5)
 """Largest slope of the flow that turns a gradient: steeper ones are edges of the motion."""
 _COMPILE = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz", "arcp"}}
 
 
 @no_type_check
-@njit(**_COMPILE)
-def _basis(t, out):
-    """Weights of the four cubic B-splines around a point at t in 0..1: value, first and second derivative."""
-    s = 1 - t
-    out[0, 0], out[0, 3] = s * s * s / 6, t * t * t / 6
-    out[0, 1], out[0, 2] = 2 / 3 - t * t * (1 - t / 2), 2 / 3 - s * s * (1 - s / 2)
-    out[1, 0], out[1, 3] = -s * s / 2, t * t / 2
-    out[1, 1], out[1, 2] = t * (3 * t / 2 - 2), -s * (3 * s / 2 - 2)
-    out[2, 0], out[2, 1], out[2, 2], out[2, 3] = s, 3 * t - 2, 3 * s - 2, t
+@njit(inline="always")
+def _value(t):
+    """Weights of the four cubic B-splines round a point at t in 0..1."""
+    s = ONE - t
+    return (
+        s * s * s * SIXTH,
+        TWO_THIRDS - t * t * (ONE - t * HALF),
+        TWO_THIRDS - s * s * (ONE - s * HALF),
+        t * t * t * SIXTH,
+    )
 
 
 @no_type_check
-@njit(**_COMPILE)
-def _spline(coefficients, ix, iy, c, bx, by):
-    """Value, d/dx, d/dy, d2/dx2, d2/dxdy, d2/dy2 of channel c, from 4 x 4 coefficients."""
-    f = f10 = f01 = f20 = f11 = f02 = np.float32(0)
-    for j in range(4):
-        a = b = d = np.float32(0)
-        for m in range(4):
-            value = coefficients[iy + j, ix + m, c]
-            a += value * bx[0, m]
-            b += value * bx[1, m]
-            d += value * bx[2, m]
-        f += by[0, j] * a
-        f10 += by[0, j] * b
-        f01 += by[1, j] * a
-        f20 += by[0, j] * d
-        f11 += by[1, j] * b
-        f02 += by[2, j] * a
-    return f, f10, f01, f20, f11, f02
+@njit(inline="always")
+def _first(t):
+    """Their first derivatives."""
+    s = ONE - t
+    return (-s * s * HALF, t * (t * THREE_HALVES - TWO), -s * (s * THREE_HALVES - TWO), t * t * HALF)
 
 
 @no_type_check
-@njit(**_COMPILE)
-def _slopes(u, k, x, y, w, h):
-    """Differences of a flow component along x and y at a pixel: central, one-sided at the border; at most LIMIT."""
-    i, row, l = x >> 1, y + 1, x & 1
-    other = u[1 - k]
-    across = (other[row, i + 1 + l] - other[row, i + l]) * (np.float32(0.5) if 0 < x < w - 1 else np.float32(1))
-    down = (other[row + 1, i + 1] - other[row - 1, i + 1]) * (np.float32(0.5) if 0 < y < h - 1 else np.float32(1))
-    return min(max(across, -LIMIT), LIMIT), min(max(down, -LIMIT), LIMIT)
+@njit(inline="always")
+def _second(t):
+    """Their second derivatives."""
+    return (ONE - t, THREE * t - TWO, ONE - THREE * t, t)
+
+
+@no_type_check
+@njit(inline="always")
+def _row(plane, k, value, first, second):
+    """Four coefficients from entry k on, weighed three ways."""
+    a, b, c, d = plane[k], plane[k + np.uint32(1)], plane[k + np.uint32(2)], plane[k + np.uint32(3)]
+    f = a * value[0] + b * value[1] + c * value[2] + d * value[3]
+    f1 = a * first[0] + b * first[1] + c * first[2] + d * first[3]
+    return f, f1, a * second[0] + b * second[1] + c * second[2] + d * second[3]
+
+
+@no_type_check
+@njit(inline="always")
+def _mix(weights, a, b, c, d):
+    return weights[0] * a + weights[1] * b + weights[2] * c + weights[3] * d
 
 
 @no_type_check
 @njit(parallel=True, **_COMPILE)
-def linearise(coefficients, weight, u, v, reference, scales, share, turn, fields, inside):
-    """The constancies linearised round a flow: image (x + u, y + v) less reference (x, y), and its derivatives.
+def linearise(coefficients, weight, u, v, ou, ov, parity, reference, scales, share, turn, fields, inside):
+    """The constancies of one half linearised round a flow: image (x + u, y + v) less reference (x, y), and derivatives.
 
-    coefficients (h + 3, w + 3, c): cubic B-splines of the moved image, one entry of frame before and two after;
-    weight (h, w): how far its pixels hold data; u, v (2, h + 2, half + 2); reference (2, c, 6, h, half): value, d/dx,
-    d/dy, d2/dx2, d2/dxdy, d2/dy2 of the fixed image; scales (2, c, 2, h, half): factors of the terms of value and of
-    gradient; share: how far the derivatives are the fixed image's own; turn: whether the moved image's gradient is
-    turned by the flow's slopes before it is compared, (1 + grad w)' grad J, as the gradient of the warped image is.
-    Fills fields (2, c, 8, h, half) with the differences of value, d/dx, d/dy, then with d/dx, d/dy, d2/dx2, d2/dxdy,
-    d2/dy2, all scaled; and inside (2, h, half) with the bilinear weight, 0 outside the image.
+    coefficients (c, (h + 3) * (w + 3)): cubic B-splines of the moved image, one entry of frame before and two after;
+    weight (h, w): how far its pixels hold data; u, v, ou, ov (h + 2, half + 2): flow of this half and the other;
+    reference (c, 6, h, half): value, d/dx, d/dy, d2/dx2, d2/dxdy, d2/dy2 of the fixed image; scales (c, 2, h, half):
+    factors of the terms of value and of gradient; share: how far the derivatives are the fixed image's own; turn:
+    whether the moved image's gradient is turned by the flow's slopes before it is compared, (1 + grad w)' grad J, as
+    the gradient of the warped image is. Fills fields (c, 8, h, half) with the differences of value, d/dx, d/dy, then
+    with d/dx, d/dy, d2/dx2, d2/dxdy, d2/dy2, all scaled; inside (h, half) with the bilinear weight, 0 off the image.
     """
     h, w = weight.shape
-    keep = np.float32(1) - share
+    stride = np.uint32(w + 3)
+    keep, limit = ONE - share, LIMIT if turn else NIL
     for y in prange(h):
-        bx, by = np.empty((3, 4), np.float32), np.empty((3, 4), np.float32)
-        for x in range(w):
-            k, i = (x + y) & 1, x >> 1
-            px, py = np.float32(x) + u[k, y + 1, i + 1], np.float32(y) + v[k, y + 1, i + 1]
-            cx = min(max(px, np.float32(0)), np.float32(w - 1))
-            cy = min(max(py, np.float32(0)), np.float32(h - 1))
-            ix, iy = int(cx), int(cy)
-            fx, fy = cx - np.float32(ix), cy - np.float32(iy)
+        l = (y + parity) & 1
+        half = HALF if 0 < y < h - 1 else ONE
+        for i in range(inside.shape[1]):
+            x = 2 * i + l
+            px, py = np.float32(x) + u[y + 1, i + 1], np.float32(y) + v[y + 1, i + 1]
+            cx, cy = min(max(px, NIL), np.float32(w - 1)), min(max(py, NIL), np.float32(h - 1))
+            ix, iy = np.int32(cx), np.int32(cy)
+            tx, ty = cx - np.float32(ix), cy - np.float32(iy)
             jx, jy = min(ix + 1, w - 1), min(iy + 1, h - 1)
-            top = weight[iy, ix] + fx * (weight[iy, jx] - weight[iy, ix])
-            low = weight[jy, ix] + fx * (weight[jy, jx] - weight[jy, ix])
-            inside[k, y, i] = top + fy * (low - top) if px == cx and py == cy else np.float32(0)
-            _basis(fx, bx)
-            _basis(fy, by)
-            ux = uy = vx = vy = np.float32(0)
-            if turn:
-                ux, uy = _slopes(u, k, x, y, w, h)
-                vx, vy = _slopes(v, k, x, y, w, h)
-            for c in range(coefficients.shape[2]):
-                f, f10, f01, f20, f11, f02 = _spline(coefficients, ix, iy, c, bx, by)
-                p, q = scales[k, c, 0, y, i], scales[k, c, 1, y, i]
-                fields[k, c, 0, y, i] = p * (f - reference[k, c, 0, y, i])
-                fields[k, c, 1, y, i] = q * (f10 + ux * f10 + vx * f01 - reference[k, c, 1, y, i])
-                fields[k, c, 2, y, i] = q * (f01 + uy * f10 + vy * f01 - reference[k, c, 2, y, i])
-                fields[k, c, 3, y, i] = p * (keep * f10 + share * reference[k, c, 1, y, i])
-                fields[k, c, 4, y, i] = p * (keep * f01 + share * reference[k, c, 2, y, i])
-                fields[k, c, 5, y, i] = q * (keep * f20 + share * reference[k, c, 3, y, i])
-                fields[k, c, 6, y, i] = q * (keep * f11 + share * reference[k, c, 4, y, i])
-                fields[k, c, 7, y, i] = q * (keep * f02 + share * reference[k, c, 5, y, i])
+            top = weight[iy, ix] + tx * (weight[iy, jx] - weight[iy, ix])
+            low = weight[jy, ix] + tx * (weight[jy, jx] - weight[jy, ix])
+            inside[y, i] = top + ty * (low - top) if px == cx and py == cy else NIL
+            across = HALF if 0 < x < w - 1 else ONE
+            ux = min(max((ou[y + 1, i + 1 + l] - ou[y + 1, i + l]) * across, -limit), limit)
+            vx = min(max((ov[y + 1, i + 1 + l] - ov[y + 1, i + l]) * across, -limit), limit)
+            uy = min(max((ou[y + 2, i + 1] - ou[y, i + 1]) * half, -limit), limit)
+            vy = min(max((ov[y + 2, i + 1] - ov[y, i + 1]) * half, -limit), limit)
+            bx, dx, ex = _value(tx), _first(tx), _second(tx)
+            by, dy, ey = _value(ty), _first(ty), _second(ty)
+            k = np.uint32(iy) * stride + np.uint32(ix)
+            for c in range(coefficients.shape[0]):
+                plane = coefficients[c]
+                f0, g0, h0 = _row(plane, k, bx, dx, ex)
+                f1, g1, h1 = _row(plane, k + stride, bx, dx, ex)
+                f2, g2, h2 = _row(plane, k + stride + stride, bx, dx, ex)
+                f3, g3, h3 = _row(plane, k + stride + stride + stride, bx, dx, ex)
+                fx, fy = _mix(by, g0, g1, g2, g3), _mix(dy, f0, f1, f2, f3)
+                p, q = scales[c, 0, y, i], scales[c, 1, y, i]
+                fields[c, 0, y, i] = p * (_mix(by, f0, f1, f2, f3) - reference[c, 0, y, i])
+                fields[c, 1, y, i] = q * (fx + ux * fx + vx * fy - reference[c, 1, y, i])
+                fields[c, 2, y, i] = q * (fy + uy * fx + vy * fy - reference[c, 2, y, i])
+                fields[c, 3, y, i] = p * (keep * fx + share * reference[c, 1, y, i])
+                fields[c, 4, y, i] = p * (keep * fy + share * reference[c, 2, y, i])
+                fields[c, 5, y, i] = q * (keep * _mix(by, h0, h1, h2, h3) + share * reference[c, 3, y, i])
+                fields[c, 6, y, i] = q * (keep * _mix(dy, g0, g1, g2, g3) + share * reference[c, 4, y, i])
+                fields[c, 7, y, i] = q * (keep * _mix(ey, f0, f1, f2, f3) + share * reference[c, 5, y, i])
 
 
 @no_type_check
@@ -118,17 +130,16 @@ def diffusivity(u, v, ou, ov, parity, epsilon, g, energy):
     energy (h) = sum of sqrt(s^2 + epsilon^2) - epsilon. `o` marks the other half; the frames hold the border's values.
     """
     h, w = u.shape[0] - 2, u.shape[1] - 2
-    half = np.float32(0.5)
     for y in prange(h):
         l = (y + parity) & 1
-        total = np.float32(0)
+        total = NIL
         for i in range(w):
             p, q = u[y + 1, i + 1], v[y + 1, i + 1]
             ul, ur, uu, ud = ou[y + 1, i + l] - p, ou[y + 1, i + 1 + l] - p, ou[y, i + 1] - p, ou[y + 2, i + 1] - p
             vl, vr, vu, vd = ov[y + 1, i + l] - q, ov[y + 1, i + 1 + l] - q, ov[y, i + 1] - q, ov[y + 2, i + 1] - q
             s = ul * ul + ur * ur + uu * uu + ud * ud + vl * vl + vr * vr + vu * vu + vd * vd
-            root = np.sqrt(half * s + epsilon * epsilon)
-            g[y + 1, i + 1] = 1 / root
+            root = np.sqrt(HALF * s + epsilon * epsilon)
+            g[y + 1, i + 1] = ONE / root
             total += root - epsilon
         energy[y] = total
 
@@ -145,7 +156,7 @@ def data_terms(fields, inside, held, u, v, u0, v0, beta, gamma, epsilon, a11, a1
     """
     channels, _, h, w = fields.shape
     for y in prange(h):
-        total = np.float32(0)
+        total = NIL
         for i in range(w):
             a11[y, i], a12[y, i], a22[y, i] = held[0, y, i], held[1, y, i], held[2, y, i]
             b1[y, i], b2[y, i] = held[3, y, i], held[4, y, i]
@@ -181,7 +192,7 @@ def edge_weights(g, og, parity, alpha, edges):
     alpha times the mean `diffusivity` of the two pixels. Those across the image's border are for the caller to clear.
     """
     h, w = edges.shape[1:]
-    share = alpha / 2
+    share = alpha * HALF
     for y in prange(h):
         l = (y + parity) & 1
         for i in range(w):

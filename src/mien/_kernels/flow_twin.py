@@ -22,48 +22,42 @@ def _neighbours(other, parity):
     return np.array([left, right, other[:-2, 1:-1], other[2:, 1:-1]])
 
 
-def _slopes(flow, k, axis):
-    """Differences along an axis (1: x, 0: y) at the pixels of half k, one-sided at the border, clipped."""
-    left, right, up, down = _neighbours(flow[1 - k], k)
+def _slopes(other, parity, axis):
+    """Differences along an axis (1: x, 0: y) at the pixels of one half, one-sided at the border, clipped."""
+    left, right, up, down = _neighbours(other, parity)
     slopes = (right - left) / 2 if axis else (down - up) / 2
-    h = slopes.shape[0]
     if axis:
-        slopes[k::2, 0] *= 2
-        slopes[1 - k :: 2, -1] *= 2
+        slopes[parity::2, 0] *= 2
+        slopes[1 - parity :: 2, -1] *= 2
     else:
-        slopes[[0, h - 1]] *= 2
+        slopes[[0, -1]] *= 2
     return np.clip(slopes, -LIMIT, LIMIT)
 
 
-def linearise(coefficients, weight, u, v, reference, scales, share, turn, fields, inside):
+def linearise(coefficients, weight, u, v, ou, ov, parity, reference, scales, share, turn, fields, inside):
     """See `flow.linearise`."""
     h, w = weight.shape
-    for k in range(2):
-        y, i = np.divmod(np.arange(h * inside.shape[2]), inside.shape[2])
-        x = 2 * i + ((y + k) & 1)
-        y, i, x = y[x < w], i[x < w], x[x < w]
-        px, py = x + u[k, y + 1, i + 1].astype(float), y + v[k, y + 1, i + 1].astype(float)
-        cx, cy = np.clip(px, 0, w - 1), np.clip(py, 0, h - 1)
-        ix, iy = cx.astype(int), cy.astype(int)
-        fx, fy = cx - ix, cy - iy
-        jx, jy = np.minimum(ix + 1, w - 1), np.minimum(iy + 1, h - 1)
-        top = (1 - fx) * weight[iy, ix] + fx * weight[iy, jx]
-        low = (1 - fx) * weight[jy, ix] + fx * weight[jy, jx]
-        inside[k, y, i] = np.where((px == cx) & (py == cy), (1 - fy) * top + fy * low, 0)
-        around = np.array([[coefficients[iy + j, ix + m] for m in range(4)] for j in range(4)])
-        found = np.einsum("bjp,amp,jmpc->bapc", _basis(fy), _basis(fx), around)
-        found = np.array([found[b, a] for b, a in ((0, 0), (0, 1), (1, 0), (0, 2), (1, 1), (2, 0))])
-        own = np.moveaxis(reference[k][:, :, y, i], 0, 2)
-        p, q = np.moveaxis(scales[k][:, :, y, i], 0, 2)
-        mixed = (1 - share) * found + share * own
-        gradient = found[1:3].copy()
-        if turn:
-            ux, vx, uy, vy = (_slopes(f, k, axis)[y, i][:, None] for axis in (1, 0) for f in (u, v))
-            gradient += ux * found[1] + vx * found[2], uy * found[1] + vy * found[2]
-        rows = [p * (found[0] - own[0]), q * (gradient[0] - own[1]), q * (gradient[1] - own[2])]
-        rows += [p * mixed[1], p * mixed[2]]
-        rows += [q * mixed[n] for n in (3, 4, 5)]
-        fields[k][:, :, y, i] = np.moveaxis(np.array(rows), 2, 0)
+    y, i = np.mgrid[:h, : inside.shape[1]]
+    px, py = 2 * i + ((y + parity) & 1) + u[1:-1, 1:-1].astype(float), y + v[1:-1, 1:-1].astype(float)
+    cx, cy = np.clip(px, 0, w - 1), np.clip(py, 0, h - 1)
+    ix, iy = cx.astype(int), cy.astype(int)
+    fx, fy = cx - ix, cy - iy
+    jx, jy = np.minimum(ix + 1, w - 1), np.minimum(iy + 1, h - 1)
+    top = (1 - fx) * weight[iy, ix] + fx * weight[iy, jx]
+    low = (1 - fx) * weight[jy, ix] + fx * weight[jy, jx]
+    inside[:] = np.where((px == cx) & (py == cy), (1 - fy) * top + fy * low, 0)
+    planes = coefficients.reshape(-1, h + 3, w + 3)
+    around = np.array([[planes[:, iy + j, ix + m] for m in range(4)] for j in range(4)])
+    found = np.einsum("bjyi,amyi,jmcyi->bacyi", _basis(fy), _basis(fx), around)
+    value, gx, gy, gxx, gxy, gyy = (found[b, a] for b, a in ((0, 0), (0, 1), (1, 0), (0, 2), (1, 1), (2, 0)))
+    ux, vx, uy, vy = (_slopes(o, parity, axis) if turn else 0 for axis in (1, 0) for o in (ou, ov))
+    own = np.moveaxis(reference, 1, 0)
+    p, q = np.moveaxis(scales, 1, 0)
+    turned = gx + ux * gx + vx * gy, gy + uy * gx + vy * gy
+    rows = [p * (value - own[0]), q * (turned[0] - own[1]), q * (turned[1] - own[2])]
+    mixed = [(1 - share) * found + share * fixed for found, fixed in zip((gx, gy, gxx, gxy, gyy), own[1:], strict=True)]
+    rows += [p * mixed[0], p * mixed[1], *(q * m for m in mixed[2:])]
+    fields[:] = np.moveaxis(np.array(rows), 0, 1)
 
 
 def diffusivity(u, v, ou, ov, parity, epsilon, g, energy):

@@ -51,8 +51,6 @@ class LevelSystem:
 
     def linearise(self, u: np.ndarray, v: np.ndarray) -> None:
         """Linearise the constancies round the flow (u, v)."""
-        fill_frame(u)
-        fill_frame(v)
         share, turn = self.config.source_share, self.config.turn_gradients
         self._sample(self._target, self._target_weight, u, v, self._source, self._scales, share, turn)
         self._inside *= self._source_weight
@@ -91,9 +89,11 @@ class LevelSystem:
         return unpack(np.where(self._inside * self._source_weight > 0, rms, np.float32(np.nan)))
 
     def _sample(self, coefficients, weight, u, v, reference, scales, share: float = 0.0, turn: bool = False) -> None:
-        kernels.linearise(
-            coefficients, weight, u, v, reference, scales, np.float32(share), turn, self._fields, self._inside
-        )
+        fill_frame(u)
+        fill_frame(v)
+        for k in (0, 1):
+            given = u[k], v[k], u[1 - k], v[1 - k], k, reference[k], scales[k], np.float32(share), turn
+            kernels.linearise(coefficients, weight, *given, self._fields[k], self._inside[k])  # pyright: ignore[reportCallIssue]
 
     def _describe(
         self, level: Level

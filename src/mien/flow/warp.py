@@ -33,8 +33,8 @@ def warp(
     return np.stack(channels, -1).reshape(image.shape)
 
 
-def spline_coefficients(image: Float32[np.ndarray, "h w c"]) -> Float32[np.ndarray, "hh ww c"]:
-    """Cubic B-spline coefficients, one entry of frame before and two after.
+def spline_coefficients(image: Float32[np.ndarray, "h w c"]) -> Float32[np.ndarray, "c hhww"]:
+    """Cubic B-spline coefficients (c, (h + 3) * (w + 3)), one entry of frame before and two after.
 
     The image is continued by its point reflection at the border's pixels, so that slopes hold there.
     """
@@ -42,7 +42,7 @@ def spline_coefficients(image: Float32[np.ndarray, "h w c"]) -> Float32[np.ndarr
     wide = np.pad(image, ((reach, reach), (reach, reach), (0, 0)), mode="reflect", reflect_type="odd")
     channels = [ndimage.spline_filter(wide[..., c], 3, mode="mirror") for c in range(image.shape[2])]
     inner = slice(reach - 1, 2 - reach)
-    return np.stack([channel[inner, inner] for channel in channels], -1, dtype=np.float32)
+    return np.stack([channel[inner, inner].ravel() for channel in channels], dtype=np.float32)
 
 
 def smooth(image: Float32[np.ndarray, "h w c"], sigma: float, odd: bool = True) -> Float32[np.ndarray, "h w c"]:
