@@ -62,15 +62,16 @@ def soft_shadow(points, normals, lamp, depth, pose, lens):
     x, y, z = pose[:, :3] @ points.T.astype(float) + pose[:, 3:]
     texel = z / focal
     slope_u, slope_v, _ = texel / np.maximum(cosine, 0.1) * (pose[:, :3] @ n.T)
-    u, v = (np.clip(focal * w / z + centre, 1, size - 2.001) for w in (x, y))
-    i, j = u.astype(int), v.astype(int)
-    total = np.zeros(len(points))
-    for b, down in enumerate(_spline(v - j)):
-        for a, across in enumerate(_spline(u - i)):
-            plane = z + slope_u * (i - 1 + a - u) + slope_v * (j - 1 + b - v)
-            gap = plane - depth[j - 1 + b, i - 1 + a] - 0.5 * texel
-            total += down * across * np.clip(1 - gap / ramp, 0, 1)
-    return np.where(cosine > 0, total, 0).astype(np.float32)
+    u, v = (np.clip(focal * w / z + centre, 3, size - 4.001) for w in (x, y))
+    near = np.arange(-3, 5)
+    a, b = u.astype(int)[:, None, None] + near, v.astype(int)[:, None, None] + near[:, None]
+    across, down = a - u[:, None, None], b - v[:, None, None]
+    plane = (z - texel)[:, None, None] + slope_u[:, None, None] * across + slope_v[:, None, None] * down
+    lit = np.clip(1 - (plane - depth[b, a]) / ramp, 0, 1)
+    some = lit[:, ::2, ::2]
+    agree = np.ptp(some, axis=(1, 2)) <= 0.01
+    share = np.where(agree, some.mean((1, 2)), (lit * _spline(across) * _spline(down)).sum((1, 2)))
+    return np.where(cosine > 0, share, 0).astype(np.float32)
 
 
 def resolve(lit, pixels, backdrop, encode, supersample):
@@ -89,9 +90,9 @@ def _levels(linear, encode):
     return (np.interp(place, np.arange(len(encode)), encode) + 0.5).astype(np.uint8)
 
 
-def _spline(t):
-    r = 1 - t
-    return r**3 / 6, (3 * t * t * (t - 2) + 4) / 6, (3 * r * r * (r - 2) + 4) / 6, t**3 / 6
+def _spline(x):
+    t = np.abs(x) / 2
+    return (np.maximum(2 - t, 0) ** 3 - 4 * np.maximum(1 - t, 0) ** 3) / 12
 
 
 def _gloss(n, v, lamp, f0, roughness):

@@ -36,20 +36,20 @@ def shadow_map(
     Args:
         points: vertices, camera space, mm.
         lamp: unit direction towards the lamp.
-        softness: about half the width of a shadow's edge, mm: a texel of the map, within reason.
+        softness: about half the width of a shadow's edge, mm: two texels of the map, within reason.
     """
     centre = (points.min(0) + points.max(0)) / 2
     radius = max(float(np.linalg.norm(points - centre, axis=1).max()), 1e-6)
     rotation = _looking_along(-lamp)
     distance = DISTANCE * radius
     pose = np.column_stack([rotation, np.array([0, 0, distance]) - rotation @ centre])
-    size = int(np.clip(2 * radius / softness, 64, 1024)) + 6
-    focal = (size / 2 - 3) * np.sqrt(DISTANCE**2 - 1)
+    size = int(np.clip(4 * radius / softness, 128, 1024)) + 12
+    focal = (size / 2 - 6) * np.sqrt(DISTANCE**2 - 1)
     middle = (size - 1) / 2
     seen = points @ rotation.T + pose[:, 3]
     hit, nearness = zbuffer(seen, faces, (focal, focal, middle, middle), size, size)
     depth = np.where(hit >= 0, 1 / np.where(nearness > 0, nearness, 1), 1e6)
-    return ShadowMap(lamp, depth.astype(np.float32), pose, (float(focal), middle, 2 * radius / size))
+    return ShadowMap(lamp, depth.astype(np.float32), pose, (float(focal), middle, 4 * radius / size))
 
 
 def _looking_along(direction: np.ndarray) -> np.ndarray:
