@@ -21,25 +21,28 @@ REFINEMENTS = 8
 
 @no_type_check
 @nb.njit(cache=True, nogil=True, fastmath=MATHS, error_model="numpy")
+def add(line, factor, row):
+    """line += factor row, in place."""
+    for i in range(line.size):
+        line[i] += factor * row[i]
+
+
+@no_type_check
+@nb.njit(cache=True, nogil=True, fastmath=MATHS, error_model="numpy")
 def pivot(swept, i, sign):
     """Sweep variable `i` of the symmetric (k, k) tableau in (`sign` +1) or out (-1), in place.
 
     With F swept in, the tableau of G holds -inv(G_FF), inv(G_FF) G_FN and the Schur complement of F.
     """
     k = swept.shape[0]
-    row = np.empty(k)
-    for c in range(k):
-        row[c] = swept[i, c]
-    inverse = 1.0 / row[i]
+    inverse = 1.0 / swept[i, i]
     for r in range(k):
-        if r != i and row[r] != 0.0:
-            factor = row[r] * inverse
-            line = swept[r]
-            for c in range(k):
-                line[c] -= factor * row[c]
-            line[i] = sign * factor
+        factor = swept[r, i] * inverse
+        if r != i and factor != 0.0:
+            add(swept[r], -factor, swept[i])
+            swept[r, i] = sign * factor
     for c in range(k):
-        swept[i, c] = sign * row[c] * inverse
+        swept[i, c] *= sign * inverse
     swept[i, i] = -inverse
 
 
@@ -94,9 +97,7 @@ def minimise_free(swept, values, free, lower, upper, down, step):
             step[r] = 0.0
         for f in range(k):
             if free[f] and down[f] != 0.0:
-                slope_f, line = down[f], swept[f]
-                for r in range(k):
-                    step[r] -= slope_f * line[r]
+                add(step, -down[f], swept[f])
         reach, blocked = 1.0, -1
         for f in range(k):
             if free[f]:
@@ -166,27 +167,40 @@ def slide(swept, i, values, free, lower, upper, down):
 
 @no_type_check
 @nb.njit(cache=True, nogil=True, fastmath=MATHS, error_model="numpy")
-def solve_one(gram, linear, lower, upper, values, free, swept, tolerance):
-    """One frame. `values` feasible and `swept` in step with `free` on entry and on return; (pivots, breach, scale)."""
+def descend(gram, swept, values, free, lower, upper, down, step, threshold, most):
+    """Free and fix variables until no slope in `down` exceeds `threshold`, or `most` pivots were made; their number.
+
+    All but `gram`, of which the diagonal alone is read, are in step with one another on entry and on return.
+    """
+    pivots = 0
+    while True:
+        pivots += minimise_free(swept, values, free, lower, upper, down, step)
+        i = entering(gram, swept, values, free, lower, upper, down, threshold)
+        if i < 0 or pivots > most:
+            return pivots
+        if swept[i, i] <= DEPENDENT * gram[i, i] and not slide(swept, i, values, free, lower, upper, down):
+            return pivots
+        if swept[i, i] > DEPENDENT * gram[i, i]:
+            free[i] = True
+            pivot(swept, i, 1.0)
+        pivots += 1
+
+
+@no_type_check
+@nb.njit(cache=True, nogil=True, fastmath=MATHS, error_model="numpy")
+def solve_one(gram, linear, lower, upper, values, free, swept, down, step, tolerance):
+    """One frame. `values` feasible and `swept` in step with `free` on entry and on return; (pivots, breach, scale).
+
+    `down` is left holding the slope at the solution; `step` is room to work in.
+    """
     k = values.size
-    down, step = np.empty(k), np.empty(k)
     slope(gram, linear, values, down)
     scale = 1e-300
     for i in range(k):
         scale = max(scale, abs(linear[i]), abs(down[i]))
     pivots, breach, most = 0, np.inf, 10 * k + 100
     for attempt in range(REFINEMENTS):
-        while True:
-            pivots += minimise_free(swept, values, free, lower, upper, down, step)
-            i = entering(gram, swept, values, free, lower, upper, down, tolerance * scale)
-            if i < 0 or pivots > most:
-                break
-            if swept[i, i] <= DEPENDENT * gram[i, i] and not slide(swept, i, values, free, lower, upper, down):
-                break
-            if swept[i, i] > DEPENDENT * gram[i, i] and lower[i] < upper[i]:
-                free[i] = True
-                pivot(swept, i, 1.0)
-            pivots += 1
+        pivots += descend(gram, swept, values, free, lower, upper, down, step, tolerance * scale, most - pivots)
         slope(gram, linear, values, down)
         breach = violation(down, values, free, lower, upper)
         if breach <= tolerance * scale:
@@ -212,6 +226,7 @@ def solve_chunk(first, last, gram, linear, lower, upper, warm, tolerance, values
     """Frames `first` to `last`, one after the other, each from the state of the one before; fills the results."""
     k = linear.shape[1]
     w, free, swept = np.zeros(k), np.zeros(k, np.bool_), np.empty((k, k))
+    down, step = np.empty(k), np.empty(k)
     start_at(w, lower, upper, free)
     for t in range(first, last):
         own = t if gram.shape[0] > 1 else 0
@@ -221,7 +236,7 @@ def solve_chunk(first, last, gram, linear, lower, upper, warm, tolerance, values
             start_at(w, lower, upper, free)
         if warm.shape[0] or gram.shape[0] > 1 or t == first:
             rebuild(gram[own], free, swept)
-        pivots[t], worst, scale = solve_one(gram[own], linear[t], lower, upper, w, free, swept, tolerance)
+        pivots[t], worst, scale = solve_one(gram[own], linear[t], lower, upper, w, free, swept, down, step, tolerance)
         breach[t] = worst / scale
         for i in range(k):
             values[t, i] = w[i]

@@ -9,7 +9,7 @@ from .._kernels.select import LANES, ceilings, restate, weigh
 from ..errors import BadInput
 from ..progress import SILENT, Progress
 
-BATCH = 2 * LANES
+BATCH = 4 * LANES
 """Candidates weighed between two looks at the best so far."""
 
 PANEL = 256
@@ -17,6 +17,9 @@ PANEL = 256
 
 STRIDE = 6
 """Frames apart whose bounds are worked out first; those between are bounded by their neighbours where that will do."""
+
+INNER_FRAMES = 4096
+"""Takes up to this long have the inner products of all pairs of frames worked out once (134 MB)."""
 
 ROUNDING = 1e-13
 """Directions of the take with less than this share of its largest variance are rounding."""
@@ -70,9 +73,9 @@ def select_frames(
     solved exactly by non-negative least squares; all frames are candidates and none is left out but by proof. The stop
     is the mean over frames and markers of the Euclidean distance, as a part of the diagonal.
 
-    Positions are absolute, as in the paper, so the weights of a frame come out near a sum of one without being told. How
-    near depends on the origin; it is put in the middle of all markers, so that neither the lab's nor the head's frame
-    has a say and a sum off one scales the face about its middle.
+    Positions are absolute, as in the paper, so the weights of a frame come out near a sum of one without being told.
+    How near depends on the origin; it is put in the middle of all markers, so that neither the lab's nor the head's
+    frame has a say and a sum off one scales the face about its middle.
 
     Candidates are pruned by a bound that holds whatever the active sets do. Let r be frame t's residual on the chosen
     frames B, so that B'r <= 0 and r is orthogonal to B w; let n be the part of candidate c outside the span of B, and
@@ -87,8 +90,8 @@ def select_frames(
         progress: is told the frames chosen, of `max_frames`.
 
     Raises:
-        BadInput: gaps are left, there are fewer than 2 frames or no markers, nothing moves, or the config asks for
-            nothing.
+        BadInput: gaps are left, there are fewer than 2 frames or no markers, all markers stand in one point, or the
+            config asks for nothing.
     """
     _check(positions, config)
     frames = len(positions)
@@ -96,11 +99,12 @@ def select_frames(
     X = (positions - origin).reshape(frames, -1)
     diagonal = float(np.linalg.norm(np.ptp(positions.reshape(-1, 3), axis=0)))
     Y = _compact(X)
+    inner = Y @ Y.T if frames <= INNER_FRAMES else None
     chosen, errors, weights = [], [], np.zeros((frames, 0))
     state = _restate(Y, chosen, weights)
     while len(chosen) < min(config.max_frames, frames):
         progress.update("selecting frames", len(chosen), config.max_frames)
-        chosen.append(_best_candidate(Y, chosen, state))
+        chosen.append(_best_candidate(Y, inner, chosen, state))
         state = _restate(Y, chosen, np.pad(state.weights, ((0, 0), (0, 1))))
         errors.append(float(np.linalg.norm((X - state.weights @ X[chosen]).reshape(positions.shape), axis=2).mean()))
         if errors[-1] < config.tolerance * diagonal:
@@ -115,6 +119,8 @@ def _check(positions, config):
     if not np.isfinite(positions).all():
         t, k = np.argwhere(~np.isfinite(positions).all(axis=2))[0]
         raise BadInput(f"marker {k} is missing in frame {t}; fill the gaps or leave out the marker before selecting")
+    if not np.ptp(positions.reshape(-1, 3), axis=0).any():
+        raise BadInput("all markers stand in one point in all frames; is this a take of a face?")
     if not (config.tolerance > 0 and config.max_frames >= 1):
         raise BadInput(
             f"tolerance {config.tolerance} and max_frames {config.max_frames}: give a tolerance above 0 "
@@ -153,6 +159,7 @@ class _Round:
     """What is the same for all candidates of a round, and what is known of each."""
 
     Y: np.ndarray
+    inner: np.ndarray | None
     heights: np.ndarray
     own: np.ndarray
     apart: np.ndarray
@@ -161,7 +168,7 @@ class _Round:
     state: _State
 
 
-def _best_candidate(Y, chosen, state):
+def _best_candidate(Y, inner, chosen, state):
     """The frame whose addition leaves the least summed squared error; the earliest of equals.
 
     Bounds first for every `STRIDE`-th frame; then the most promising are weighed; then bounds for those of the others
@@ -169,10 +176,10 @@ def _best_candidate(Y, chosen, state):
     """
     errors, own = np.einsum("td,td->t", state.residuals, state.residuals), np.einsum("td,td->t", Y, Y)
     apart, order = _apart(Y, chosen, own), np.argsort(-errors, kind="stable")
-    turn = _Round(Y, state.linear, own, apart, errors, order, state)
+    turn = _Round(Y, inner, state.linear, own, apart, errors, order, state)
     first = np.arange(0, len(Y), STRIDE)
     bounds, squares = _ceilings(turn, first)
-    top = first[np.argsort(-bounds, kind="stable")[:LANES]]
+    top = first[np.argsort(-bounds, kind="stable")[:BATCH]]
     best, found = _weigh_all(turn, top, 0.0, -1)
     near = np.minimum((np.arange(len(Y)) + STRIDE // 2) // STRIDE, len(first) - 1)
     reach = (np.sqrt(squares[near]) + _apart_in_products(turn, first[near])) ** 2
@@ -185,12 +192,19 @@ def _best_candidate(Y, chosen, state):
     return _weigh_all(turn, candidates[ceiling[candidates] >= best], best, found, ceiling)[1]
 
 
+def _products(turn, candidates):
+    """Inner products of candidates with all residuals: through those with all frames where these are at hand."""
+    if turn.inner is None:
+        return turn.Y[candidates] @ turn.state.residuals.T
+    return turn.inner[candidates] - turn.heights[candidates] @ turn.state.weights.T
+
+
 def _ceilings(turn, candidates):
     """Bounds of the candidates' gains, and the sums of their squared positive products with the residuals."""
     bounds, squares = np.empty(len(candidates)), np.empty(len(candidates))
     for i in range(0, len(candidates), PANEL):
         part = slice(i, i + PANEL)
-        products = turn.Y[candidates[part]] @ turn.state.residuals.T
+        products = _products(turn, candidates[part])
         bounds[part], squares[part] = ceilings(products, turn.apart[candidates[part]], turn.errors)
     return bounds, squares
 
@@ -220,20 +234,12 @@ def _weigh_all(turn, candidates, best, found, ceiling=None):
 
 
 def _weigh(turn, batch, best):
-    state, k = turn.state, turn.heights.shape[1]
-    blocks = -(-len(batch) // LANES)
-    products = np.zeros((blocks * LANES, len(turn.Y)))
-    products[: len(batch)] = turn.Y[batch] @ state.residuals.T
-    heights, own, apart = np.zeros((blocks * LANES, k)), np.ones(blocks * LANES), np.ones(blocks * LANES)
-    heights[: len(batch)], own[: len(batch)], apart[: len(batch)] = (
-        turn.heights[batch], turn.own[batch], turn.apart[batch],
+    state = turn.state
+    return weigh(
+        _products(turn, batch), turn.heights[batch], turn.own[batch], turn.apart[batch],
+        turn.order, turn.errors, turn.own.max(),
+        state.gram, state.weights, state.slack, state.free, state.swept, best,
     )  # fmt: skip
-    lanes = np.ascontiguousarray(heights.reshape(blocks, LANES, k).transpose(0, 2, 1))
-    gains = weigh(
-        products, lanes, own, apart, turn.order, turn.errors,
-        state.linear, state.gram, state.weights, state.slack, state.free, state.swept, best,
-    )  # fmt: skip
-    return gains[: len(batch)]
 
 
 def _apart(Y, chosen, own):

@@ -1,0 +1,104 @@
+"""`mien select`: the fewest frames of a take to scan."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from ..files import existing
+from ..io.markers import read_marker_file
+from ..markers.select import SelectConfig
+from ..markers.selection import SelectTakeConfig, TakeSelection, select_take, write_selection
+from .bar import bar
+
+
+def select(
+    take: Path,
+    *,
+    output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("selection.json"),
+    tolerance: float = SelectConfig.tolerance,
+    max_frames: int = SelectConfig.max_frames,
+    markers: bool = False,
+    video: Path | None = None,
+    video_offset: float = 0.0,
+    sheet: Path | None = None,
+    units: str | None = None,
+    rate: float | None = None,
+) -> None:
+    """The expressions to ask the actor for: the fewest frames from which all others can be mixed.
+
+    Parameters
+    ----------
+    take
+        The marker take (C3D, TRC, CSV).
+    output
+        Where the list of frames goes (.json).
+    tolerance
+        Mean marker error to reach, as a part of the diagonal of the box of all markers.
+    max_frames
+        Stop at so many frames even if the tolerance is not met.
+    markers
+        Also find out which markers could be spared.
+    video
+        Film of the same performance: makes a contact sheet of the chosen frames.
+    video_offset
+        Seconds into the film at which the take begins.
+    sheet
+        Where the contact sheet goes (.png); by default beside the output.
+    units
+        mm, cm, m, in, or millimetres in one unit as a number; needed only where the file's own claim is wrong.
+    rate
+        Frames a second, where the file does not say.
+    """
+    file = read_marker_file(existing(take), units, rate)
+    if video is not None:
+        existing(video)
+    config = SelectTakeConfig()
+    config = replace(config, select=replace(config.select, tolerance=tolerance, max_frames=max_frames))
+    with bar() as progress:
+        found = select_take(file.markers, config, progress)
+        study = studied(found, progress) if markers else None
+    if video is not None:
+        draw_sheet(sheet or output.with_suffix(".png"), video, video_offset, found, file.markers.rate)
+    write_selection(output, take.name, found, study)
+    for line in [*file.warnings, *summary(found, study)]:
+        print(line)
+
+
+def studied(found: TakeSelection, progress):
+    """The marker study on what the selection saw."""
+    from ..markers.study import select_markers
+
+    return select_markers(found.positions, found.bases, progress=progress)
+
+
+def draw_sheet(path: Path, video: Path, offset: float, found: TakeSelection, rate: float) -> None:
+    """A contact sheet of the film at the chosen frames, in the order of choice."""
+    from ..io.stills import read_stills
+    from ..pictures import contact_sheet, write_png
+
+    frames = found.selection.frames.tolist()
+    stills = read_stills(video, [offset + frame / rate for frame in frames])
+    captions = [f"{place + 1}: frame {frame}" for place, frame in enumerate(frames)]
+    write_png(path, contact_sheet(stills, captions))
+
+
+def summary(found: TakeSelection, study) -> list[str]:
+    """The lines that end a selection."""
+    selection = found.selection
+    reached = "reached" if selection.reached else "NOT reached; allow more with --max-frames"
+    lines = [
+        f"{len(selection.frames)} frames to scan: {', '.join(map(str, selection.frames.tolist()))}",
+        f"mean marker error {selection.errors[-1]:.3f} mm, {100 * selection.relative[-1]:.3f} % of the diagonal "
+        f"{selection.diagonal:.0f} mm; tolerance {100 * selection.tolerance:g} % {reached}",
+    ]
+    if found.left_out:
+        lines.append(f"seen too seldom and left out: {', '.join(found.left_out)}")
+    if study is not None:
+        half = study.markers - min(len(study.removed), study.markers // 2)
+        lines.append(
+            f"with the best {half} of {study.markers} markers the error over all of them is "
+            f"{study.errors[study.markers - half]:.3f} mm instead of {study.errors[0]:.3f} mm"
+        )
+    return lines
