@@ -21,8 +21,8 @@ REAL = Path(__file__).parents[2] / "shared/data/markers16"
 @pytest.fixture(scope="module")
 def staged():
     performer = make_performer(3)
-    script = scripted(30.0, 12.0)
-    return perform(performer, script.weights, 30.0, marker_layout(performer, 60), seed=3)
+    script = scripted(24.0, 10.0)
+    return perform(performer, script.weights, 24.0, marker_layout(performer, 60), seed=3)
 
 
 @pytest.fixture(scope="module")
@@ -38,11 +38,6 @@ def test_a_staged_take_is_followed_far_closer_than_by_a_frozen_face(staged, solv
     assert score.surface <= 1.5
     assert solved.depth_known
     assert solved.attached.sureness > 0.3
-
-
-def test_the_same_take_gives_the_same_face(staged, solved):
-    again = solve_take(staged.markers, load_face())
-    np.testing.assert_allclose(again.performance.weights, solved.performance.weights, atol=1e-9)
 
 
 def test_weights_stay_in_their_box_and_names_are_arkits(solved):
