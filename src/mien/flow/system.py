@@ -15,7 +15,8 @@ from .constraints import FlowConstraints
 from .warp import Level, splat, spline_coefficients
 
 SERIAL = 128 * 128
-"""Levels of fewer pixels are worked on by one thread: waking others costs more than they do."""
+"""Levels of fewer pixels are worked on by one thread: waking others costs more than they do. All but the reading of the
+image always is: sweeps are so short that on a busy machine threads would mostly wait for each other."""
 SOURCE_FIELDS = [0, 3, 4, 5, 6, 7]
 """Where `kernels.linearise` leaves value, d/dx, d/dy, d2/dx2, d2/dxdy, d2/dy2 when it subtracts nothing."""
 
@@ -32,6 +33,7 @@ class LevelSystem:
     def __init__(self, level: Level, constraints: FlowConstraints | None, config: FlowConfig):
         h, w, c = level.source.shape
         self.config = config
+        self._threads = 1 if h * w < SERIAL else numba.get_num_threads()
         self.smoothness = config.smoothness * level.scale[0] ** 0.5
         self._target = spline_coefficients(level.target)
         self._target_weight = level.target_weight
@@ -63,13 +65,14 @@ class LevelSystem:
         epsilon, alpha = np.float32(self.config.smooth_epsilon), np.float32(self.smoothness)
         beta, gamma = np.float32(self.config.brightness), np.float32(self.config.gradient)
         e = np.float32(self.config.data_epsilon)
-        for k in (0, 1):
-            kernels.diffusivity(u[k], v[k], u[1 - k], v[1 - k], k, epsilon, self._g[k], self._rows[0, k])
-            given = self._fields[k], self._inside[k], self._held[k], u[k], v[k], self.u0[k], self.v0[k]
-            out = *self.a[k], *self.b[k], self._rows[1, k]
-            kernels.data_terms(*given, beta, gamma, e, *out)  # pyright: ignore[reportCallIssue]
-        for k in (0, 1):
-            kernels.edge_weights(self._g[k], self._g[1 - k], k, alpha, self.edges[k])
+        with threads(1):
+            for k in (0, 1):
+                given = self._fields[k], self._inside[k], self._held[k], u[k], v[k], self.u0[k], self.v0[k]
+                out = *self.a[k], *self.b[k], self._rows[1, k]
+                kernels.data_terms(*given, beta, gamma, e, *out)  # pyright: ignore[reportCallIssue]
+                kernels.diffusivity(u[k], v[k], u[1 - k], v[1 - k], k, epsilon, self._g[k], self._rows[0, k])
+            for k in (0, 1):
+                kernels.edge_weights(self._g[k], self._g[1 - k], k, alpha, self.edges[k])
         clear_border(self.edges)
         smooth, data = self._rows.sum((1, 2), dtype=np.float64)
         return float(data + self.smoothness * smooth + self._held_energy(u, v))
@@ -77,10 +80,11 @@ class LevelSystem:
     def sweep(self, u: np.ndarray, v: np.ndarray, sweeps: int, overrelaxation: float) -> None:
         """Relax the frozen system, in place: no sweep raises the energy."""
         omega = np.float32(overrelaxation)
-        for _ in range(sweeps):
-            for k in (0, 1):
-                given = *self.a[k], *self.b[k], self.edges[k], k, omega
-                kernels.relax(u[k], v[k], u[1 - k], v[1 - k], *given)  # pyright: ignore[reportCallIssue]
+        with threads(1):
+            for _ in range(sweeps):
+                for k in (0, 1):
+                    given = *self.a[k], *self.b[k], self.edges[k], k, omega
+                    kernels.relax(u[k], v[k], u[1 - k], v[1 - k], *given)  # pyright: ignore[reportCallIssue]
 
     def residual(self, u: np.ndarray, v: np.ndarray) -> Float32[np.ndarray, "h w"]:
         """Root mean square difference of the channels at (u, v); NaN where there is no data."""
@@ -91,9 +95,11 @@ class LevelSystem:
     def _sample(self, coefficients, weight, u, v, reference, scales, share: float = 0.0, turn: bool = False) -> None:
         fill_frame(u)
         fill_frame(v)
-        for k in (0, 1):
-            given = u[k], v[k], u[1 - k], v[1 - k], k, reference[k], scales[k], np.float32(share), turn
-            kernels.linearise(coefficients, weight, *given, self._fields[k], self._inside[k])  # pyright: ignore[reportCallIssue]
+        with threads(self._threads):
+            for k in (0, 1):
+                given = u[k], v[k], u[1 - k], v[1 - k], k, reference[k], scales[k], np.float32(share), turn
+                out = self._fields[k], self._inside[k]
+                kernels.linearise(coefficients, weight, *given, *out)  # pyright: ignore[reportCallIssue]
 
     def _describe(
         self, level: Level
@@ -121,14 +127,14 @@ class LevelSystem:
 
 
 @contextmanager
-def one_thread_below(pixels: int, limit: int = SERIAL) -> Iterator[None]:
-    """Let the kernels use one thread alone where an image has fewer than `limit` pixels."""
-    threads = numba.get_num_threads()
-    numba.set_num_threads(1 if pixels < limit else threads)
+def threads(count: int) -> Iterator[None]:
+    """Let the kernels use `count` threads."""
+    before = numba.get_num_threads()
+    numba.set_num_threads(count)
     try:
         yield
     finally:
-        numba.set_num_threads(threads)
+        numba.set_num_threads(before)
 
 
 def _inverse_root(

@@ -32,7 +32,7 @@ from .checkerboard import framed, unpack
 from .config import FlowConfig
 from .constraints import FlowConstraints
 from .driver import Solved, coarse_to_fine
-from .system import LevelSystem, one_thread_below
+from .system import LevelSystem
 from .warp import Level, pyramid
 
 SMALLEST = 8
@@ -98,19 +98,18 @@ def solve_level(
     """Warp and relax at one level until the flow moves no more: the inner solver that `coarse_to_fine` takes."""
     if constraints is not None and len(constraints.source):
         start = constraints.start(start, level.scale, config.reach)
-    with one_thread_below(level.source_weight.size):
-        system = LevelSystem(level, constraints, config)
-        u, v = framed(start[..., 0]), framed(start[..., 1])
-        energies, step = [], np.inf
-        while len(energies) < config.warps and step > config.tolerance:
-            system.linearise(u, v)
-            energies.append([])
-            for _ in range(config.inner):
-                energies[-1].append(system.freeze(u, v))
-                system.sweep(u, v, config.sweeps, config.overrelaxation)
-            moved = (u[:, 1:-1, 1:-1] - system.u0) ** 2 + (v[:, 1:-1, 1:-1] - system.v0) ** 2
-            step = float(np.sqrt(moved.mean()))
-        residual = system.residual(u, v)
+    system = LevelSystem(level, constraints, config)
+    u, v = framed(start[..., 0]), framed(start[..., 1])
+    energies, step = [], np.inf
+    while len(energies) < config.warps and step > config.tolerance:
+        system.linearise(u, v)
+        energies.append([])
+        for _ in range(config.inner):
+            energies[-1].append(system.freeze(u, v))
+            system.sweep(u, v, config.sweeps, config.overrelaxation)
+        moved = (u[:, 1:-1, 1:-1] - system.u0) ** 2 + (v[:, 1:-1, 1:-1] - system.v0) ** 2
+        step = float(np.sqrt(moved.mean()))
+    residual = system.residual(u, v)
     flow = np.stack([unpack(u[:, 1:-1, 1:-1]), unpack(v[:, 1:-1, 1:-1])], -1)
     return Solved(flow, step <= config.tolerance, len(energies), np.array(energies), residual)
 
