@@ -62,6 +62,9 @@ def build(wheel: zipfile.ZipFile) -> tuple[dict[str, np.ndarray], dict[str, np.n
     people = np.stack([contours.seat_eyeballs(p, plan, lines) for p in people])
     modes, explained = identities.identity_space(people, weight)
     faces, uv_faces = layout.triangulate(mean, plan)
+    lining = regions.on_face(masks["inside-mouth"], plan) > 0.6
+    outer = regions.make_regions(mean, faces, plan, masks)["face"] > 0.5
+    mean = centred(contours.thicken(mean, lines, faces[outer[faces].all(1)], lining), plan)
     deltas = units.read_units(wheel, base, plan, mean, lines, regions.still(plan, masks), ARKIT_NAMES)
     print(f"{len(mean)} vertices, {len(faces)} triangles, {len(modes)} modes explain {explained:.4f}")
     held_fields = {name: field for family in held for name, field in family.fields().items()}

@@ -3,8 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
+
+from mien.mesh import Mesh, closest_point, face_normals
 
 from .layout import MILLIMETRES, Layout
+from .regions import step
 from .rings import QuadNet, arcs
 
 LID = (13352, 13353)
@@ -18,6 +22,8 @@ SEAM = ((524, 528), (420, 436), (418, 433))
 """Those rings of which one is the lips' edge as seen from the front."""
 CLEARANCE = 1.72
 """Mean distance of the lids' edges from the eyeball on the base mesh, as a share of 100 of its decimetres."""
+CAVITY = 7.0
+"""Least thickness of lips and cheeks away from the lips' edges, mm: of flat faces the mouth's inside would come out."""
 CONTACT = -0.15
 """Height between the closed lips as seen from the front, mm; below 0 they overlap."""
 
@@ -104,3 +110,15 @@ def _heights(vertices: np.ndarray, arc: np.ndarray, x: np.ndarray) -> np.ndarray
     points = vertices[arc]
     order = np.argsort(points[:, 0], kind="stable")
     return np.interp(x, points[order, 0], points[order, 1])
+
+
+def thicken(vertices: np.ndarray, contours: Contours, outer: np.ndarray, inside: np.ndarray) -> np.ndarray:
+    """Push the mouth's lining (`inside` (n,) true) away from the outer skin (triangles `outer`) where it is thin."""
+    ids = np.flatnonzero(inside)
+    near = closest_point(Mesh(vertices, outer), vertices[ids])
+    normals = face_normals(vertices, outer)[near.faces]
+    edge = np.concatenate([arc for ring in SEAM for arc in contours.lips[ring]])
+    away = step(cKDTree(vertices[edge]).query(vertices[ids])[0], 10, 16)
+    out = vertices.copy()
+    out[ids] -= (away * np.maximum(CAVITY - near.distances, 0))[:, None] * normals
+    return out
