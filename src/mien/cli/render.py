@@ -131,4 +131,4 @@ def surface(thing: Performance | Rig | Scan) -> Scan:
 
 def cell(shot: Shot, count: int) -> Shot:
     """The shot of one picture on a contact sheet of `count`: the sheet is two and a half single pictures wide."""
-    return replace(shot, size=max(96, min(shot.size, round(2.5 * shot.size / np.ceil(np.sqrt(count))))))
+    return replace(shot, size=min(shot.size, max(96, round(2.5 * shot.size / np.ceil(np.sqrt(count))))))

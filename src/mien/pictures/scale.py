@@ -35,28 +35,34 @@ def number(value: float) -> str:
 
 
 def scale_bar(
-    width: int, height: int, limits: tuple[float, float], unit: str = "mm", colormap: str = "heat"
+    width: int,
+    height: int,
+    limits: tuple[float, float],
+    unit: str = "mm",
+    colormap: str = "heat",
+    upright: bool | None = None,
 ) -> UInt8[np.ndarray, "h w 3"]:
-    """The legend of a heat map: a strip of its colours, lying where wide and upright where tall, with numbers.
+    """The legend of a heat map: a strip of its colours with numbers.
 
     Args:
         width, height: pixels of the whole legend.
         limits: values at the two ends.
+        upright: the greatest value on top rather than on the right; by default where the legend is taller than wide.
     """
     page = Image.new("RGB", (width, height), PAPER)
     draw = ImageDraw.Draw(page)
-    upright = height > width
-    along = height if upright else width
-    size = int(np.clip((width if upright else height) * (0.17 if upright else 0.34), 9, 22))
-    pad = round(size * 1.4)
-    length = along - 2 * pad - (0 if upright else round(font(size).getlength(f" {unit}")))
-    ramp = np.linspace(limits[0], limits[1], length)
-    strip = (colors_of(ramp, limits, colormap) * 255 + 0.5).astype(np.uint8)
-    thick = max(4, round((width if upright else height) * 0.3))
+    upright = height > width if upright is None else upright
+    along, across = (height, width) if upright else (width, height)
+    size = int(np.clip(across * (0.17 if upright else 0.34), 9, 22))
+    pad = min(round(size * 1.4), along // 4)
+    room = 0 if upright else round(font(size).getlength(f" {unit}"))
+    length = max(along - 2 * pad - room, 2)
+    strip = (colors_of(np.linspace(*limits, length), limits, colormap) * 255 + 0.5).astype(np.uint8)
+    thick = max(4, round(across * 0.3))
     pixels = np.repeat(strip[::-1, None], thick, 1) if upright else np.repeat(strip[None], thick, 0)
     corner = (size // 2, pad) if upright else (pad, size // 2)
     page.paste(Image.fromarray(pixels), corner)
-    ticks = nice_ticks(*limits, about=max(2, length // (8 * size)))
+    ticks = nice_ticks(*limits, about=int(np.clip(length // (4 * size if upright else 8 * size), 2, 8)))
     for tick in ticks:
         at = (tick - limits[0]) / (limits[1] - limits[0]) * (length - 1)
         at = length - 1 - at if upright else at

@@ -70,4 +70,4 @@ def with_scale(
 ) -> UInt8[np.ndarray, "h w2 3"]:
     """A heat map with its scale standing on the right."""
     height = image.shape[0]
-    return hstack([image, scale_bar(max(64, height // 8), height, limits, unit, colormap)], gap=0)
+    return hstack([image, scale_bar(max(64, height // 8), height, limits, unit, colormap, upright=True)], gap=0)

@@ -1,0 +1,265 @@
+"""Performances, rigs and scans in pictures; the command that draws them."""
+
+import time
+from dataclasses import replace
+
+import av
+import numpy as np
+import pytest
+from PIL import Image
+
+from mien.cli.main import app
+from mien.errors import BadInput
+from mien.io.gltf import write_performance, write_rig
+from mien.io.meshes import write_mesh
+from mien.mesh import Mesh, Scan
+from mien.pictures.refine import loop_refinement
+from mien.pictures.render import Look
+from mien.pictures.show import (
+    Shot,
+    film_frames,
+    head_motion,
+    heat_limits,
+    performance_distance,
+    performance_frames,
+    performance_view,
+    rig_look,
+    scan_picture,
+    shapes_sheet,
+    side_by_side,
+    surface_distance,
+    turntable,
+)
+from mien.rig import Performance, Rig
+from mien.transforms import Transform, rotation_from_vector
+
+QUICK = Look(supersample=1, occlusion=0, softness=0.0)
+
+
+def ball() -> Mesh:
+    vertices = np.vstack([np.eye(3), -np.eye(3)])
+    faces = np.array([[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]])
+    for _ in range(3):
+        finer = loop_refinement(faces, len(vertices))
+        vertices, faces = finer.between @ vertices, finer.faces
+    return Mesh(80 * vertices / np.linalg.norm(vertices, axis=1, keepdims=True), faces)
+
+
+@pytest.fixture
+def rig() -> Rig:
+    mesh = ball()
+    up = np.clip(mesh.vertices[:, 1:2] / 80, 0, 1) * (0.0, 30.0, 0.0)
+    out = np.clip(mesh.vertices[:, :1] / 80, 0, 1) * (30.0, 0.0, 0.0)
+    return Rig(mesh, np.stack([up, out]), ("browUp", "cheekOut"))
+
+
+@pytest.fixture
+def performance(rig) -> Performance:
+    count = 9
+    phase = np.linspace(0, np.pi, count)
+    turn = rotation_from_vector(np.stack([0 * phase, 0.5 * np.cos(phase), 0 * phase], 1))
+    lab = rotation_from_vector(np.array([0.0, 2.5, 0.0]))
+    place = np.stack([900 + 20 * np.sin(phase), 1500 + 0 * phase, -300 + 0 * phase], 1)
+    weights = np.stack([np.sin(phase), 0 * phase], 1)
+    return Performance(rig, weights, Transform(lab @ turn, place), 60.0, np.ones(count, bool))
+
+
+def test_head_motion_is_about_the_mean_pose(performance):
+    motion = head_motion(performance)
+    np.testing.assert_allclose(motion.rotation[4], np.eye(3), atol=1e-9)  # half way through its turn
+    np.testing.assert_allclose(motion.rotation[0], rotation_from_vector(np.array([0, 0.5, 0.0])), atol=1e-9)
+    elsewhere = Transform(rotation_from_vector(np.array([0.3, 1.0, -2.0])), np.array([5.0, 6, 7]))
+    shifted = replace(performance, T_world_face=elsewhere @ performance.T_world_face)
+    np.testing.assert_allclose(head_motion(shifted).rotation, motion.rotation, atol=1e-9)
+
+
+def test_every_frame_is_in_the_picture(performance):
+    view, T_camera_face = performance_view(performance, Shot(size=100))
+    for t in range(len(performance)):
+        pixels = view.camera.project(T_camera_face[t].apply(performance.rig.vertices(performance.weights[t])))
+        assert pixels.min() > 0
+        assert pixels.max() < 99
+    _, still = performance_view(performance, Shot(size=100, still_head=True))
+    np.testing.assert_allclose(still.rotation, np.tile(still.rotation[0], (9, 1, 1)))
+
+
+def test_frames_come_in_order_with_progress(performance):
+    seen = []
+
+    class Watch:
+        def update(self, stage, done, total):
+            seen.append((done, total))
+
+    images = list(performance_frames(performance, [8, 0, 4], Shot(size=64, still_head=True), QUICK, progress=Watch()))
+    assert seen == [(1, 3), (2, 3), (3, 3)]
+    np.testing.assert_array_equal(images[0], images[1])  # weights are 0 at both ends
+    assert (images[2] != images[1]).any()
+
+
+def test_heat_maps_share_one_scale(performance):
+    other = replace(performance, weights=performance.weights * 0.5)
+    values = performance_distance(performance, other)
+    np.testing.assert_allclose(values(0), 0, atol=1e-9)
+    np.testing.assert_allclose(values(4).max(), 15)
+    images = list(performance_frames(performance, [0, 4], Shot(size=64, still_head=True), values=values))
+    assert images[0].shape[1] > 64  # the scale
+    np.testing.assert_array_equal(images[0][:, 64:], images[1][:, 64:])
+    moved = replace(performance, T_world_face=Transform(np.eye(3), np.array([3.0, 4, 0])) @ performance.T_world_face)
+    np.testing.assert_allclose(performance_distance(performance, moved)(2), 5)
+    np.testing.assert_allclose(performance_distance(performance, moved, still=True)(2), 0, atol=1e-9)
+
+
+def test_surface_distance_by_hand():
+    mesh = ball()
+    grown = mesh.with_vertices(mesh.vertices * 1.1)
+    np.testing.assert_allclose(surface_distance(mesh, grown), 8)
+    order = np.random.default_rng(0).permutation(len(mesh.faces))
+    other = Mesh(grown.vertices, grown.faces[order])
+    found = surface_distance(mesh, other)  # another topology: the nearest point of the surface
+    assert (found <= 8).all()
+    assert (found > 7).all()
+
+
+def test_heat_limits_are_round():
+    assert heat_limits([np.full(50, 0.013), np.full(50, 1.7)]) == (0.0, 2.0)
+    assert heat_limits([np.array([5.0])]) == (0.0, 5.0)
+    assert heat_limits([np.zeros(3)]) == (0.0, 1.0)
+    assert heat_limits([np.array([np.nan, 0.3])]) == (0.0, 0.5)
+    assert heat_limits([], 0.7) == (0.0, 0.7)
+
+
+def test_films_keep_to_their_rate(performance):
+    assert film_frames(performance, 30.0) == (range(0, 9, 2), 30.0)
+    assert film_frames(performance, 60.0) == (range(0, 9, 1), 60.0)
+    assert film_frames(performance, 25.0) == (range(0, 9, 3), 20.0)
+
+
+def test_shapes_sheet_draws_each_shape(rig):
+    sheet = shapes_sheet(rig, Shot(size=64), look=QUICK)
+    assert sheet.shape == (132, 132, 3)
+    cells = [sheet[:50, :64], sheet[:50, 68:], sheet[68:118, :64]]
+    assert all((a != b).any() for a, b in ((cells[0], cells[1]), (cells[0], cells[2]), (cells[1], cells[2])))
+    assert shapes_sheet(rig, Shot(size=64), count=1, look=QUICK).shape == (64, 132, 3)
+
+
+def test_mouth_close_is_drawn_on_the_open_jaw(rig):
+    closing = Rig(rig.neutral, np.stack([rig.deltas[0], -rig.deltas[0]]), ("jawOpen", "mouthClose"))
+    sheet = shapes_sheet(closing, Shot(size=64), look=QUICK)
+    np.testing.assert_array_equal(sheet[68:110, :64], sheet[:42, :64])  # above its name: as the neutral
+
+
+def test_turntable_comes_back(rig):
+    scan = Scan(rig.neutral.with_vertices(rig.vertices(np.array([0.0, 1.0]))))
+    frames = list(turntable(scan, Shot(size=48, fps=8.0), QUICK, seconds=1.0))
+    assert len(frames) == 8
+    np.testing.assert_array_equal(frames[0], scan_picture(scan, Shot(size=48, fps=8.0), QUICK))
+    assert np.abs(frames[0].astype(int) - frames[4]).max() <= 1
+    assert (frames[0] != frames[2]).any()
+
+
+def test_rig_look_makes_coarse_rigs_smooth():
+    def rounds(n):
+        return rig_look(Mesh(np.zeros((n, 3)), np.zeros((0, 3), int))).refine
+
+    assert [rounds(n) for n in (500, 5_000, 50_000)] == [2, 1, 0]
+
+
+def test_side_by_side_keeps_order_and_looks_no_further_than_it_must():
+    taken = []
+
+    def items():
+        for i in range(1000):
+            taken.append(i)
+            yield i
+
+    def work(i):
+        time.sleep(0.002 * (i % 3 == 0))
+        return i * i
+
+    run = side_by_side(work, items())
+    assert [next(run) for _ in range(20)] == [i * i for i in range(20)]
+    assert len(taken) < 200
+    run.close()
+
+
+def test_errors_in_a_frame_come_out():
+    def work(i):
+        if i == 3:
+            raise BadInput("three")
+        return i
+
+    with pytest.raises(BadInput, match="three"):
+        list(side_by_side(work, range(10)))
+
+
+def run(*words) -> None:
+    app([str(word) for word in words], exit_on_error=False, result_action="return_value")
+
+
+@pytest.fixture
+def files(tmp_path, performance, rig):
+    write_performance(tmp_path / "perf.glb", performance)
+    write_performance(tmp_path / "other.glb", replace(performance, weights=performance.weights * 0.5))
+    write_rig(tmp_path / "rig.glb", rig)
+    write_mesh(tmp_path / "scan.ply", rig.neutral.with_vertices(rig.neutral.vertices * 1.05))
+    return tmp_path
+
+
+def size_of(path) -> tuple[int, int]:
+    with Image.open(path) as image:
+        return image.size
+
+
+def test_command_draws_stills_sheets_and_films(files):
+    small = ("--size", 64)
+    run("render", files / "perf.glb", "-o", files / "a.png", "--frame", 4, *small)
+    assert size_of(files / "a.png") == (64, 64)
+    run("render", files / "perf.glb", "-o", files / "b.png", "--sheet", 4, *small)
+    assert size_of(files / "b.png") == (132, 132)
+    run("render", files / "perf.glb", "-o", files / "c.mp4", *small)
+    with av.open(str(files / "c.mp4")) as film:
+        assert sum(1 for _ in film.decode(video=0)) == 5
+        assert film.streams.video[0].average_rate == 30
+    run("render", files / "rig.glb", "-o", files / "d.png", *small)
+    assert size_of(files / "d.png") == (132, 132)
+    run("render", files / "scan.ply", "-o", files / "e.png", *small)
+    assert size_of(files / "e.png") == (64, 64)
+
+
+@pytest.mark.parametrize(("what", "other", "wide"), [
+    ("perf.glb", "other.glb", ("--frame", 4)),
+    ("perf.glb", "scan.ply", ("--frame", 4)),
+    ("rig.glb", "scan.ply", ("--limit", 2.0)),
+    ("scan.ply", "perf.glb", ()),
+])  # fmt: skip
+def test_command_draws_heat_maps(files, what, other, wide):
+    run("render", files / what, "-o", files / "h.png", "--heat", files / other, *wide, "--size", 64)
+    width, height = size_of(files / "h.png")
+    assert height == 64
+    assert width > 100
+
+
+@pytest.mark.parametrize(("words", "message"), [
+    (("perf.glb", "-o", "a.gif"), r"\.png\) or a film"),
+    (("perf.glb", "-o", "a.png", "--frame", "9"), "frame 9: there are 9, counted from 0"),
+    (("scan.ply", "-o", "a.png", "--frame", "0"), "has no frames"),
+    (("rig.glb", "-o", "a.png", "--sheet", "0"), "at least"),
+    (("scan.ply", "-o", "a.png", "--size", "4"), "16 to 8192"),
+    (("scan.ply", "-o", "a.mp4", "--fps", "0"), "must be positive"),
+    (("perf.glb", "-o", "a.mp4", "--fps", "-1"), "must be positive"),
+    (("perf.glb", "-o", "a.png", "--frame", "1", "--heat", "scan.ply", "--limit", "0"), "limit must be positive"),
+    (("perf.glb", "-o", "a.png", "--frame", "1", "--heat", "short.glb"), "as many frames, got 9 and 4"),
+    (("none.glb", "-o", "a.png"), "none.glb: no such file"),
+    (("cut.glb", "-o", "a.png"), "cut.glb: is cut off"),
+    (("perf.glb", "-o", "no/a.png", "--frame", "1"), "does not exist"),
+])  # fmt: skip
+def test_command_tells_bad_input(files, performance, words, message, monkeypatch):
+    monkeypatch.chdir(files)
+    (files / "cut.glb").write_bytes((files / "perf.glb").read_bytes()[:-200])
+    pose = performance.T_world_face[:4]
+    few = replace(performance, weights=performance.weights[:4], T_world_face=pose, tracked=np.ones(4, bool))
+    write_performance(files / "short.glb", few)
+    before = sorted(files.iterdir())
+    with pytest.raises(BadInput, match=message):
+        run("render", *words, *(() if "--size" in words else ("--size", 32)))
+    assert sorted(files.iterdir()) == before
