@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ..mesh import ClosestPoint
-from ..register import procrustes
+from ..register import procrustes, procrustes_frames
 from ..transforms import Transform, rotation_from_vector
 
 
@@ -18,9 +18,9 @@ class AlignConfig:
     """Starting angles about the cloud's axis that is taken for the face's normal."""
     first: int = 8
     """Closest-point rounds that every start gets."""
-    then: int = 60
+    then: int = 40
     """... and at most this many more for the `follow` best of them."""
-    follow: int = 16
+    follow: int = 10
     """How many starts are followed to the end."""
     keep: float = 0.85
     """Share of the markers, the closest ones, that pull (trimmed ICP)."""
@@ -50,15 +50,10 @@ def align(
     Each principal axis of the cloud is tried as the face's normal, both ways, in `turns` angles; each start is
     followed by trimmed closest-point rounds with a bounded scale.
     """
-    centre = surface.mesh.vertices.mean(axis=0)
-    begun = [
-        _follow(cloud, surface, Transform(R, centre - R @ cloud.mean(axis=0)), config.first, config)
-        for R in starts(cloud, config.turns)
-    ]
-    begun.sort(key=lambda alignment: alignment.cost_mm)
+    begun = _begin(cloud, surface, config)
     found = []
-    for alignment in begun[: config.follow]:
-        followed = _follow(cloud, surface, alignment.T_face_head, config.then, config)
+    for T in begun:
+        followed = _follow(cloud, surface, T, config.then, config)
         found.append((followed, followed.T_face_head.apply(cloud)))
     found.sort(key=lambda pair: pair[0].cost_mm)
     distinct: list[tuple[Alignment, np.ndarray]] = []
@@ -81,6 +76,21 @@ def starts(cloud: Float[np.ndarray, "markers 3"], turns: int) -> list[Float[np.n
     return rotations
 
 
+def _begin(cloud: np.ndarray, surface: ClosestPoint, config: AlignConfig) -> list[Transform]:
+    """A few rigid closest-point rounds of all starts at once; the most promising `follow`, best first."""
+    R = np.stack(starts(cloud, config.turns))
+    T = Transform(R, surface.mesh.vertices.mean(axis=0) - R @ cloud.mean(axis=0))
+    many = np.broadcast_to(cloud, (len(R), *cloud.shape))
+    distances = np.zeros(many.shape[:2])
+    for _ in range(config.first):
+        closest = surface.query(T.apply(many).reshape(-1, 3))
+        distances = closest.distances.reshape(many.shape[:2])
+        pull = distances <= np.quantile(distances, config.keep, axis=1, keepdims=True)
+        T = procrustes_frames(many, closest.points.reshape(many.shape), pull.astype(float)).transform
+    kept = np.sort(distances, axis=1)[:, : max(4, round(config.keep * len(cloud)))]
+    return [T[i] for i in np.argsort((kept**2).mean(axis=1), kind="stable")[: config.follow]]
+
+
 def _follow(
     cloud: np.ndarray, surface: ClosestPoint, T: Transform, iterations: int, config: AlignConfig
 ) -> Alignment:
@@ -98,7 +108,7 @@ def _follow(
             T_new = Transform(scaled.rotation, scaled.translation, size)
         step = np.abs(T_new.apply(cloud) - moved).max()
         T = T_new
-        if step < 0.02:
+        if step < 0.05:
             break
     kept = np.sort(distances)[:few]
     return Alignment(T, float(np.sqrt((kept**2).mean())) / T.scale)

@@ -33,7 +33,9 @@ class AttachConfig:
     """The frame most dwelt at is at rest unless another leaves less than this share of the cost; 0: no doubt."""
     trial_frames: int = 120
     """Frames of the take that each alignment must explain."""
-    rounds: int = 3
+    trial_rounds: int = 6
+    """... and rounds that its identity fit gets."""
+    rounds: int = 2
     """Rounds of: attachments from the motion, identity from the attachments."""
 
 
@@ -84,16 +86,17 @@ def attach(
     if not candidates:
         raise BadInput("no alignment brings the markers near a face")
     frames = np.linspace(0, len(positions) - 1, min(config.trial_frames, len(positions))).astype(int)
+    brief = replace(config.identity, rounds=config.trial_rounds)
     trials = []
     for number, candidate in enumerate(candidates):
-        trials.append(_try(positions[frames], cloud, face, region, candidate.T_face_head, metric, config))
+        trials.append(_try(positions[frames], cloud, face, region, candidate.T_face_head, metric, config, brief))
         progress.update("trying alignments", number + 1, len(candidates))
     trials.sort(key=lambda trial: trial[0])
     cost, other = trials[0][0], _runner_up(trials, cloud, config.align.distinct_mm)
     best = trials[0]
     calm = resting_frame(positions, calm_frames(positions), frames, face, best[1], metric, config)
     cloud = mean_cloud(positions, calm)
-    best = _try(positions[frames], cloud, face, region, best[1].T_face_head, metric, config)
+    best = _try(positions[frames], cloud, face, region, best[1].T_face_head, metric, config, config.identity)
     fit, solved = _refine(positions[frames], cloud, face, region, best, metric, config, progress)
     standoff = np.full(positions.shape[1], fit.standoff_mm)
     sureness = 1.0 if np.isinf(other) else 1 - cost / other
@@ -139,12 +142,12 @@ def attach_by_hand(
     )
 
 
-def _try(positions, cloud, face, region, T_face_head, metric, config) -> tuple[float, IdentityFit, FrameSolve]:
+def _try(positions, cloud, face, region, T_face_head, metric, config, identity) -> tuple[float, IdentityFit, FrameSolve]:
     """Fit the person under one alignment and see how much of the take the shapes explain.
 
     The cost is the rms of what is left, of the calm frame's shape and of the motion together, mm.
     """
-    fit = fit_identity(cloud, face, region, T_face_head, config=config.identity)
+    fit = fit_identity(cloud, face, region, T_face_head, config=identity)
     solved = _solve(positions, cloud, face.rig, fit, metric, config.trial)
     squared = np.nanmean(solved.residuals**2) + np.mean(fit.residuals**2)
     return float(np.sqrt(squared)), fit, solved

@@ -97,14 +97,14 @@ def _solve_and_adapt(
     """Solve every frame, bend the shapes by what is left, and again."""
     S = spread(attached.rig.neutral, attached.attachment, face.parts["skin"], config.adapt.reach_mm)
     attached = replace(attached, rig=_settled(attached, face, S))
-    rounds = config.adapt_rounds
+    rounds, solving, warm = config.adapt_rounds, config.solve, None
     for number in range(rounds + 1):
         model = marker_model(attached.rig, attached.attachment, attached.standoff)
-        solved = solve_frames(model, lab, T_world_face, rate, metric, config.solve)
+        solved = solve_frames(model, lab, T_world_face, rate, metric, solving, warm)
         progress.update("solving frames", number + 1, rounds + 1)
         if number == rounds:
             break
-        T_world_face = solved.T_world_face
+        T_world_face, warm, solving = solved.T_world_face, solved.weights, replace(config.solve, rounds=2)
         targets = T_world_face.inverse().apply(lab)
         used = solved.used & solved.tracked[:, None]
         neutral, shapes = shape_corrections(model, solved.weights, targets, used, rate, config.adapt)

@@ -60,6 +60,7 @@ def solve_frames(
     rate: float,
     metric: Float[np.ndarray, "3 3"] | None = None,
     config: SolveConfig = SolveConfig(),
+    warm: Float[np.ndarray, "frames shapes"] | None = None,
 ) -> FrameSolve:
     """Head pose and box-constrained, sparse, smooth weights for all frames at once.
 
@@ -70,13 +71,15 @@ def solve_frames(
         positions: lab frame, mm; NaN where not seen.
         T_world_face: start; `mien.markers.stabilise` gives a good one.
         metric: M, in face space; identity unless the take knows less about one direction than the others.
+        warm: weights to start from; saves time, changes nothing.
     """
     M = np.eye(3) if metric is None else metric
     seen = visible(positions)
     tracked = seen.sum(axis=1) >= config.fewest
     T = hold(T_world_face, tracked)
     used = seen & tracked[:, None]
-    weights, residuals, converged = np.zeros((len(positions), len(model.shapes))), np.full(seen.shape, np.nan), True
+    weights = np.zeros((len(positions), len(model.shapes))) if warm is None else warm
+    residuals, converged = np.full(seen.shape, np.nan), True
     for _ in range(config.rounds):
         r = np.nan_to_num(T.inverse().apply(positions) - model.rest)
         G, b = normal_equations(model.jacobian(), M, r, used)
