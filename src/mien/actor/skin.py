@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float, Int
 
 from ..errors import BadInput
 from ..faces.landmarks import bundled_landmarks
-from ..mesh import Mesh, submesh, vertex_normals
+from ..mesh import Mesh, adjacency, submesh, vertex_normals
 from ..pictures.refine import loop_refinement
 from .complexion import complexion
 from .performer import Performer
@@ -132,7 +132,7 @@ def make_skin(performer: Performer, config: SkinConfig | None = None, seed: int 
     points = smooth @ performer.neutral.vertices
     where = face_map(performer)
     drawn = [_scaled(p, config.wrinkles * is_skin) for p in patterns(points, where, rng)]
-    gauges = [_gauge(performer, bundled, pattern) for pattern in drawn]
+    gauges = [_gauge(performer, smooth, bundled, pattern) for pattern in drawn]
     pores = _pores(points, faces, where, rng) * config.pores * is_skin
     skin = Skin(
         performer=performer,
@@ -194,14 +194,17 @@ def _scaled(pattern: Pattern, by: np.ndarray) -> Pattern:
     return replace(pattern, relief=relief)
 
 
-def _gauge(performer: Performer, bundled: np.ndarray, pattern: Pattern) -> StrainGauge:
-    """A gauge round one pattern on the performer's coarse mesh, measuring across its furrows."""
-    mesh = performer.neutral
-    kept = np.flatnonzero(performer.skin & (bundled >= 0))
-    weight, direction = np.zeros(len(mesh.vertices)), np.zeros_like(mesh.vertices)
+def _gauge(performer: Performer, smooth: sp.csr_matrix, bundled: np.ndarray, pattern: Pattern) -> StrainGauge:
+    """A gauge on the performer's coarse triangles under one pattern and a little round it, across its furrows."""
+    mesh, n = performer.neutral, len(performer.neutral.vertices)
+    needed = np.asarray(abs(smooth[np.flatnonzero(pattern.relief)]).sum(axis=0)).ravel() > 0
+    around = adjacency(mesh.faces, n)
+    for _ in range(3):
+        needed = needed | (around @ needed > 0)
+    kept = performer.skin & (bundled >= 0)
+    direction = np.zeros((n, 3))
     direction[kept] = pattern.direction[bundled[kept]]
-    weight[kept] = 1.0
-    used = np.flatnonzero((weight[mesh.faces] > 0).all(axis=1))
+    used = np.flatnonzero(kept[mesh.faces].all(axis=1) & needed[mesh.faces].any(axis=1))
     return strain_gauge(mesh, used, direction[mesh.faces[used]].mean(axis=1))
 
 
