@@ -40,9 +40,9 @@ class DeformConfig:
     """Weight of the smoothness."""
     length: float = 0.12
     """Unit of length of the Laplacian, mm: smaller follows the depth more closely."""
-    features: float = 0.1
+    features: float = 0.03
     """Weight of the features beside the depth. The paper's is 1."""
-    output_features: float = 0.1
+    output_features: float = 0.002
     """Weight of the features in the output deformation, which has them alone."""
     output_length: float = 0.35
     """Unit of length of the output's Laplacian, mm: the larger, the stiffer, the less the features pull."""

@@ -10,7 +10,8 @@ from scipy.sparse.csgraph import connected_components
 
 from ..camera import Camera
 from ..errors import BadInput
-from ..faces.landmarks import COUNT, FaceLandmarker
+from ..faces.bundled import load_face
+from ..faces.landmarks import COUNT, FaceLandmarker, bundled_landmarks
 from ..files import whole
 from ..mesh import Attachment, ClosestPoint, Mesh, adjacency, vertex_normals
 from ..pictures.raycast import DepthImage, depth_image
@@ -69,6 +70,22 @@ class LandmarkMap:
             raise BadInput(f"{path}: written for another rig; make it anew with `mien personalize`")
         known = table[:, 0] >= 0
         return LandmarkMap(Attachment(np.maximum(table[:, 0], 0).astype(int), table[:, 1:]), known)
+
+
+def bundled_map() -> LandmarkMap:
+    """Where the landmarks are on the bundled face, and on every face of its topology."""
+    return LandmarkMap(bundled_landmarks().attachment, np.ones(COUNT, bool))
+
+
+def landmarks_of(rig: Rig) -> LandmarkMap:
+    """The landmarks of any rig: known for the bundled topology, else looked for.
+
+    Raises:
+        BadInput: no face is found in pictures of the rig.
+    """
+    if np.array_equal(rig.neutral.faces, load_face().rig.neutral.faces):
+        return bundled_map()
+    return find_landmarks(rig)
 
 
 def find_landmarks(rig: Rig, landmarker: FaceLandmarker | None = None) -> LandmarkMap:

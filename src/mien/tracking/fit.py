@@ -31,16 +31,17 @@ class FitConfig:
 
     rounds: int = 3
     """Times that correspondences are found anew."""
-    features: float = 1.0
+    features: float = 2.0
     """Weight of a 2D feature; 0 = depth alone. The paper's is 13.8; MediaPipe's points err by 0.5 to 1 mm in ways that
     do not average out, so that here they are worth less."""
-    gaps: float = 1.0
-    """Weight of the opening between two lids or lips, which noise common to both does not touch; 0 = none."""
+    gaps: float = 0.0
+    """Weight of the opening between two lids or lips, which errors common to both do not touch; 0 = none. Off, since
+    MediaPipe's openings err by half a millimetre and more: worth it where lips must close and shapes need not be exact."""
     soft: float = 12.0
     """Residuals much above this lose weight, mm. Large = plain least squares."""
     ridge: float = 20.0
     """Weight of each squared coefficient."""
-    sparse: float = 20.0
+    sparse: float = 60.0
     """Weight of each coefficient's absolute value: prefers few shapes."""
     still: float = 20.0
     """Weight of the squared change since the last frame."""

@@ -7,7 +7,7 @@ from scipy.interpolate import RBFInterpolator
 from ..register.rigid import procrustes
 from ..rig import Rig
 from ..rig.transfer import nearest_faces
-from .features import IRISES, LandmarkMap, feature_points, find_landmarks
+from .features import IRISES, LandmarkMap, feature_points, landmarks_of
 
 
 def match_faces(
@@ -24,7 +24,7 @@ def match_faces(
     Raises:
         BadInput: one of them does not look like a face, or landmarks cannot be looked for.
     """
-    on_source, on_target = landmarks or (find_landmarks(source), find_landmarks(target))
+    on_source, on_target = landmarks or (landmarks_of(source), landmarks_of(target))
     known = on_source.known & on_target.known
     known[IRISES.start :] = False
     goal = feature_points(on_source, source.neutral)[known]

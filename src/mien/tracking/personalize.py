@@ -28,7 +28,7 @@ from .features import (
     LandmarkMap,
     attach_landmarks,
     feature_points,
-    find_landmarks,
+    landmarks_of,
     lift,
 )
 from .landmark_stream import Landmarker, with_landmarks
@@ -89,7 +89,7 @@ def personalize(
     if not take.has_depth:
         raise BadInput(f"{take.name}: has no depth; a person's rig needs an RGB-D take")
     face = face or load_face()
-    generic = generic or find_landmarks(face.rig)
+    generic = generic or landmarks_of(face.rig)
     frames, found = _calm(take, landmarker or FaceLandmarker("video"), config, progress)
     T_camera_face = detect(tracking_model(face.rig, generic), frames[0], found[0], take.camera)
     scanned = aggregate(frames, take.camera, T_camera_face, config.aggregate, progress)

@@ -16,7 +16,7 @@ from ..rig import Performance, Rig
 from ..rig.transfer import FACS23
 from ..transforms import Transform
 from .correctives import CorrectiveConfig, Residuals, with_correctives
-from .features import LandmarkMap, find_landmarks
+from .features import LandmarkMap, landmarks_of
 from .landmark_stream import Landmarker, with_landmarks
 from .model import TrackingModel, tracking_model
 from .personalize import PATIENCE, no_face
@@ -75,7 +75,7 @@ def track_take(
             a first frame that cannot be read. A take that breaks off later gives what was tracked, and `stopped`.
     """
     check_shapes(rig)
-    model = tracking_model(rig, landmarks or find_landmarks(rig))
+    model = tracking_model(rig, landmarks or landmarks_of(rig))
     seen = with_landmarks(take, landmarker or FaceLandmarker("video"), late=config.late)
     walk, residuals = track_frames(model, take, seen, config, watch), Residuals(model, config.correctives)
     results, stopped = [], None

@@ -1,0 +1,170 @@
+"""The Laplacian deformation, the adaptive space, the features' standing errors."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+import tracking_stage as stage
+from mien.mesh import vertex_normals
+from mien.tracking.adaptive import (
+    DeformConfig,
+    LaplacianDeformation,
+    anchor_space,
+    depth_offsets,
+    feature_offsets,
+    weighted_subspace,
+)
+from mien.tracking.adaptive import _smoothness as smoothness
+from mien.tracking.bias import BiasConfig, corrected, learn, no_bias
+from mien.tracking.features import FEATURES
+from mien.tracking.observe import ObserveConfig, Sighting, observe
+from mien.tracking.rigid import RigidConfig, correspond
+
+
+@pytest.fixture(scope="module")
+def deformation():
+    return LaplacianDeformation(stage.model())
+
+
+@pytest.fixture(scope="module")
+def noise():
+    rng = np.random.default_rng(0)
+    return rng.normal(size=(len(stage.model().front), 3)), rng.normal(size=(len(FEATURES), 3))
+
+
+def test_the_solution_is_that_of_the_stacked_rows(deformation, noise):
+    """K = [Q; w1 I; w2 L] written out, tall, and solved by its normal equations (eq. 7)."""
+    m, c, (offsets, features) = stage.model(), deformation.config, noise
+    inner = np.flatnonzero(~m.rim)
+    E, area = m.picks[:, inner], (m.share * len(m.share))[inner]
+    KtK = c.features * E.T @ E + sp.diags(c.w1**2 * area) + c.w2**2 * c.length**4 * smoothness(m)[inner][:, inner]
+    right = c.features * E.T @ features + c.w1**2 * area[:, None] * offsets[inner]
+    found = deformation.with_depth(offsets, features)[inner]
+    np.testing.assert_allclose(KtK @ found, right, atol=1e-6 * np.abs(right).max())
+
+
+def test_the_rim_stays(deformation, noise):
+    assert (deformation.with_depth(*noise)[stage.model().rim] == 0).all()
+    assert (deformation.with_features(noise[1])[stage.model().rim] == 0).all()
+
+
+def test_depth_noise_is_smoothed_and_slow_offsets_are_followed(deformation, noise):
+    m = stage.model()
+    none = np.zeros((len(FEATURES), 3))
+    even = noise[0] / np.sqrt(m.share * len(m.share) + 0.01)[:, None]
+    calmed = deformation.with_depth(even, none)
+    assert m.share @ (calmed**2).sum(1) < 0.15 * (m.share @ (even**2).sum(1))
+    middle = np.exp(-(((m.neutral - m.centre) ** 2).sum(1)) / 40**2)
+    wave = middle[:, None] * np.array([0.0, 0.0, 2.0])
+    error = np.linalg.norm(deformation.with_depth(wave, none) - wave, axis=1)
+    assert m.share @ error < 0.12 * (m.share @ np.linalg.norm(wave, axis=1))
+
+
+def test_the_feature_response_is_the_solution_without_depth(noise):
+    config = DeformConfig(w1=1e-6, features=0.5, output_features=0.5, length=0.2, output_length=0.2)
+    both = LaplacianDeformation(stage.model(), config)
+    expected = both.with_depth(np.zeros_like(noise[0]), noise[1])
+    np.testing.assert_allclose(both.with_features(noise[1]), expected, atol=2e-3)
+
+
+def test_weights_of_the_paper_are_the_defaults(deformation):
+    assert (deformation.config.w1, deformation.config.w2) == (0.1, 100.0)
+
+
+def seen(weights, T, base=None):
+    rig = stage.person()
+    frame, marks = stage.sensed(rig, weights, T), stage.told(rig, weights, T)
+    return observe(frame, stage.CAMERA, base, marks, ObserveConfig(radius=0))
+
+
+def test_depth_and_features_pull_the_neutral_to_the_expression(deformation):
+    rig, m, T = stage.person(), stage.model(), stage.pose((0.1, 0.2, 0))
+    truth = stage.named(rig, cheekPuff=0.5, jawOpen=0.1)
+    sighting = seen(truth, T)
+    match = correspond(m.neutral, m.faces, T, sighting, RigidConfig())
+    features = feature_offsets(m, m.neutral, sighting, T, 12.0)
+    v2 = m.neutral + deformation.with_depth(depth_offsets(match, T), features)
+    normals = vertex_normals(m.blend(truth).astype(float), m.faces)
+    seen_at = m.share * (match.weight > 0)
+    before, after = (seen_at @ np.abs(((v - m.blend(truth)) * normals).sum(1)) for v in (m.neutral, v2))
+    assert after < 0.3 * before
+
+
+def test_feature_offsets_end_on_the_line_of_sight():
+    """Eq. 4 with its right-hand side put right: q lies on the feature's line of sight."""
+    rig, m, T = stage.person(), stage.model(), stage.pose((0.1, 0.2, 0))
+    sighting = seen(stage.named(rig, jawOpen=0.2), T)
+    wanted = feature_offsets(m, m.neutral, sighting, T, 50.0, use_depth=False)
+    goal = T.apply(m.picks @ m.neutral.astype(float) + wanted)
+    np.testing.assert_allclose(goal[:, :2] / goal[:, 2:], sighting.sight[list(FEATURES)], atol=1e-9)
+    assert not feature_offsets(m, m.neutral, sighting.without_landmarks(), T, 50.0).any()
+
+
+def test_a_feature_far_off_is_not_believed():
+    rig, m, T = stage.person(), stage.model(), stage.pose()
+    sighting = seen(np.zeros(len(rig.names)), T)
+    sight = sighting.sight.copy()
+    sight[FEATURES[3]] += 0.1
+    wanted = feature_offsets(m, m.neutral, sighting.moved(sight), T, 12.0)
+    assert not wanted[3].any()
+
+
+def test_depth_offsets_are_along_the_surface_s_normal():
+    m, T = stage.model(), stage.pose()
+    sighting = seen(np.zeros(m.shapes), stage.pose(shift=(3, 0, 4)))
+    match = correspond(m.neutral, m.faces, T, sighting, RigidConfig())
+    offsets = depth_offsets(match, T) @ T.rotation.T
+    assert np.abs(np.cross(offsets, match.plane)).max() < 1e-3
+    gaps = ((match.found - match.points) * match.plane).sum(1)
+    np.testing.assert_allclose((offsets * match.plane).sum(1), gaps, atol=1e-3)
+
+
+def test_anchors_are_orthonormal_by_area_and_span_the_blendshapes():
+    m = stage.model()
+    anchors = anchor_space(m)
+    U, D = anchors.shapes.astype(float), np.repeat(m.share, 3)[:, None]
+    np.testing.assert_allclose(U.T @ (D * U), np.eye(U.shape[1]), atol=1e-4)
+    shape = m.basis @ np.random.default_rng(1).random(m.shapes).astype(np.float32)
+    left = shape - anchors.project(shape)
+    assert m.share @ (left**2).sum(1) < 1e-3 * (m.share @ (shape**2).sum(1))
+    np.testing.assert_allclose(anchors.project(anchors.project(shape)), anchors.project(shape), atol=1e-4)
+
+
+def test_a_subspace_from_plain_columns():
+    m = stage.model()
+    columns = np.linalg.qr(np.random.default_rng(2).normal(size=(m.neutral.size, 3)))[0]
+    space = weighted_subspace(m, columns)
+    shape = (space.shapes @ np.array([1.0, -2.0, 0.5])).reshape(-1, 3)
+    np.testing.assert_allclose(space.project(shape), shape, atol=1e-3 * np.abs(shape).max())
+
+
+def test_standing_errors_that_go_with_the_turn_are_learnt_and_taken_out():
+    m, config = stage.model(), BiasConfig(memory=200.0, caution=2.0)
+    rng, bias = np.random.default_rng(3), no_bias()
+    slope = rng.normal(0, 0.8, (len(FEATURES), 2))
+    slope -= np.median(slope, axis=0)
+    errors = []
+    for _ in range(120):
+        yaw = rng.uniform(-0.3, 0.3)
+        T = stage.pose((0.0, yaw, 0.0))
+        points = T.apply(m.picks @ m.neutral.astype(float))
+        sight = np.zeros((478, 2))
+        wrong = slope * yaw / 0.2
+        sight[list(FEATURES)] = (points[:, :2] + wrong) / points[:, 2:]
+        raw = Sighting(None, stage.CAMERA, sight)
+        better = corrected(raw, bias, T, 600.0, config)
+        left = (better.sight[list(FEATURES)] - points[:, :2] / points[:, 2:]) * points[:, 2:]
+        errors.append(np.linalg.norm(left - np.median(left, 0), axis=1).mean())
+        bias = learn(bias, m, m.neutral, raw, T, config)
+    assert np.mean(errors[-20:]) < 0.1 * np.mean(errors[:5])
+
+
+def test_no_memory_means_no_correction():
+    m, T, config = stage.model(), stage.pose(), BiasConfig(memory=0.0)
+    sighting = seen(np.zeros(m.shapes), T)
+    assert not learn(no_bias(), m, m.neutral, sighting, T, config).coefficients.any()
+    assert corrected(sighting, no_bias(), T, 600.0, config) is sighting
+    blind = replace(sighting, sight=None)
+    assert corrected(blind, no_bias(), T, 600.0, BiasConfig()) is blind
