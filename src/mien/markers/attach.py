@@ -142,7 +142,9 @@ def attach_by_hand(
     )
 
 
-def _try(positions, cloud, face, region, T_face_head, metric, config, identity) -> tuple[float, IdentityFit, FrameSolve]:
+def _try(
+    positions, cloud, face, region, T_face_head, metric, config, identity
+) -> tuple[float, IdentityFit, FrameSolve]:
     """Fit the person under one alignment and see how much of the take the shapes explain.
 
     The cost is the rms of what is left, of the calm frame's shape and of the motion together, mm.
