@@ -50,3 +50,11 @@ def test_ceilings_are_never_below_the_exact_gain(seed):
     bounds, squares = select.ceilings(arguments[0], arguments[3], arguments[5])
     assert (bounds >= select_twin.weigh(rows, basis, tried) * (1 - 1e-9)).all()
     np.testing.assert_allclose(squares, (np.maximum(arguments[0], 0) ** 2).sum(axis=1))
+
+
+def test_residual_products_equal_their_definition():
+    rng = np.random.default_rng(3)
+    rows, weights = rng.normal(size=(30, 8)), rng.random((30, 4))
+    residuals = rows - weights @ rows[:4]
+    found = select.residual_products(rows @ rows.T, rows @ rows[:4].T, weights.T.copy(), np.array([5, 29]))
+    np.testing.assert_allclose(found, rows[[5, 29]] @ residuals.T, atol=1e-12)

@@ -61,10 +61,21 @@ def test_a_marker_that_is_seldom_seen_is_left_out_and_named():
 
 def test_takes_with_too_little_in_them_are_named():
     take, _ = recorded()
-    holed = np.full(take.positions.shape, np.nan)
-    holed[:10] = take.positions[:10]
     with pytest.raises(BadInput, match="no marker is seen in 50%"):
+        select_take(take.with_positions(np.full(take.positions.shape, np.nan)), FOUR)
+    holed = np.full(take.positions.shape, np.nan)
+    holed[10] = take.positions[10]
+    with pytest.raises(BadInput, match="only 1 frame"):
         select_take(take.with_positions(holed), FOUR)
+
+
+def test_stretches_without_any_marker_do_not_count_against_the_markers():
+    take, _ = recorded()
+    holed = take.positions.copy()
+    holed[::2] = np.nan
+    found = select_take(take.with_positions(holed), FOUR)
+    assert found.left_out == ()
+    np.testing.assert_array_equal(found.analysed, np.arange(1, 60, 2))
 
 
 def test_file_round_trip(tmp_path):

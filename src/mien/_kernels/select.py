@@ -140,6 +140,29 @@ def ceiling(products, apart, errors):
 
 
 @no_type_check
+@nb.njit(cache=True, nogil=True, error_model="numpy")
+def through_chosen(inner, heights, mixes, out):
+    """out (t,) = inner - heights . mixes: one candidate's products with all residuals."""
+    for t in range(out.size):
+        out[t] = inner[t]
+    for i in range(heights.size):
+        add(out, -heights[i], mixes[i])
+
+
+@no_type_check
+@nb.njit(cache=True, nogil=True, parallel=True, error_model="numpy")
+def residual_products(inner, heights, mixes, candidates):
+    """Products of candidates (c,) with all residuals, (c, t).
+
+    inner (t, t): products of all frames; heights (t, k): of all with the chosen ones; mixes (k, t): the weights.
+    """
+    out = np.empty((len(candidates), inner.shape[1]))
+    for c in nb.prange(len(candidates)):
+        through_chosen(inner[candidates[c]], heights[candidates[c]], mixes, out[c])
+    return out
+
+
+@no_type_check
 @nb.njit(cache=True, nogil=True, parallel=True, error_model="numpy")
 def ceilings(products, apart, errors):
     """For every candidate (c,) the bound of its gain, and the sum of its squared positive products (c, t)."""

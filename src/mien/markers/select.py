@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from .._kernels.select import LANES, ceilings, restate, weigh
+from .._kernels.select import LANES, ceilings, residual_products, restate, weigh
 from ..errors import BadInput
 from ..progress import SILENT, Progress
 
@@ -16,7 +16,7 @@ PANEL = 256
 """Candidates whose products with all residuals are held at once."""
 
 STRIDE = 6
-"""Frames apart whose bounds are worked out first; those between are bounded by their neighbours where that will do."""
+"""In longer takes, frames apart whose bounds are worked out first; neighbours bound those between, if that will do."""
 
 INNER_FRAMES = 4096
 """Takes up to this long have the inner products of all pairs of frames worked out once (134 MB)."""
@@ -161,6 +161,7 @@ class _Round:
     Y: np.ndarray
     inner: np.ndarray | None
     heights: np.ndarray
+    mixes: np.ndarray
     own: np.ndarray
     apart: np.ndarray
     errors: np.ndarray
@@ -171,23 +172,19 @@ class _Round:
 def _best_candidate(Y, inner, chosen, state):
     """The frame whose addition leaves the least summed squared error; the earliest of equals.
 
-    Bounds first for every `STRIDE`-th frame; then the most promising are weighed; then bounds for those of the others
-    whose neighbours leave it open, and so on with what is left, best bounds first.
+    Bounds first, in a long take of every `STRIDE`-th frame alone; then the most promising are weighed; then all whose
+    bounds still reach the best, best bounds first.
     """
     errors, own = np.einsum("td,td->t", state.residuals, state.residuals), np.einsum("td,td->t", Y, Y)
     apart, order = _apart(Y, chosen, own), np.argsort(-errors, kind="stable")
-    turn = _Round(Y, inner, state.linear, own, apart, errors, order, state)
-    first = np.arange(0, len(Y), STRIDE)
+    turn = _Round(Y, inner, state.linear, np.ascontiguousarray(state.weights.T), own, apart, errors, order, state)
+    stride = STRIDE if inner is None else 1
+    first = np.arange(0, len(Y), stride)
     bounds, squares = _ceilings(turn, first)
     top = first[np.argsort(-bounds, kind="stable")[:BATCH]]
     best, found = _weigh_all(turn, top, 0.0, -1)
-    near = np.minimum((np.arange(len(Y)) + STRIDE // 2) // STRIDE, len(first) - 1)
-    reach = (np.sqrt(squares[near]) + _apart_in_products(turn, first[near])) ** 2
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ceiling = np.where(apart > 0, reach / apart, errors.sum())
-    ceiling[first], ceiling[chosen], ceiling[top] = bounds, -1.0, -1.0
-    rest = np.setdiff1d(np.flatnonzero(ceiling >= best), first)
-    ceiling[rest] = _ceilings(turn, rest)[0]
+    ceiling = bounds if inner is not None else _between(turn, first, bounds, squares, best)
+    ceiling[chosen], ceiling[top] = -1.0, -1.0
     candidates = np.argsort(-ceiling, kind="stable")
     return _weigh_all(turn, candidates[ceiling[candidates] >= best], best, found, ceiling)[1]
 
@@ -196,7 +193,7 @@ def _products(turn, candidates):
     """Inner products of candidates with all residuals: through those with all frames where these are at hand."""
     if turn.inner is None:
         return turn.Y[candidates] @ turn.state.residuals.T
-    return turn.inner[candidates] - turn.heights[candidates] @ turn.state.weights.T
+    return residual_products(turn.inner, turn.heights, turn.mixes, candidates)
 
 
 def _ceilings(turn, candidates):
@@ -209,11 +206,22 @@ def _ceilings(turn, candidates):
     return bounds, squares
 
 
-def _apart_in_products(turn, near):
-    """Root of the sum over all frames of ((x - x_near) . r)^2: how far neighbours' products can lie from each other."""
-    difference = turn.Y - turn.Y[near]
+def _between(turn, first, bounds, squares, best):
+    """Bounds for all frames, of which `first` have theirs: from the nearest of these where that shows enough.
+
+    With |.| the norm over frames t: |(x.r_t)+| <= |(y.r_t)+| + |(x - y).r_t|.
+    """
+    frames = np.arange(len(turn.Y))
+    near = np.minimum((frames + STRIDE // 2) // STRIDE, len(first) - 1)
+    difference = turn.Y - turn.Y[first[near]]
     spread = turn.state.residuals.T @ turn.state.residuals
-    return np.sqrt(np.maximum(np.einsum("td,td->t", difference @ spread, difference), 0))
+    apart = np.sqrt(np.maximum(np.einsum("td,td->t", difference @ spread, difference), 0))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ceiling = np.where(turn.apart > 0, (np.sqrt(squares[near]) + apart) ** 2 / turn.apart, np.inf)
+    ceiling[first] = bounds
+    rest = np.setdiff1d(frames[ceiling >= best], first)
+    ceiling[rest] = _ceilings(turn, rest)[0]
+    return ceiling
 
 
 def _weigh_all(turn, candidates, best, found, ceiling=None):

@@ -25,7 +25,8 @@ class SelectTakeConfig:
     gaps: GapConfig = field(default_factory=lambda: GapConfig(low_rank_s=np.inf))
     select: SelectConfig = SelectConfig()
     least_seen: float = 0.5
-    """Markers and frames seen less than this share of the time are left out of the analysis."""
+    """Markers seen in less than this share of the frames that show any are left out, and so are frames that show less
+    than this share of the markers."""
 
 
 @dataclass(frozen=True)
@@ -57,9 +58,12 @@ def select_take(
     Raises:
         BadInput: too little of the take was seen.
     """
-    often = markers.seen.mean(axis=0) >= config.least_seen
+    alive = markers.seen.any(axis=1)
+    often = markers.seen[alive].mean(axis=0) >= config.least_seen if alive.any() else alive[:0]
     if not often.any():
-        raise BadInput(f"no marker is seen in {config.least_seen:.0%} of the frames; export a more complete take")
+        raise BadInput(
+            f"no marker is seen in {config.least_seen:.0%} of the frames that show any; export a more complete take"
+        )
     kept = replace(
         markers,
         positions=markers.positions[:, often],
