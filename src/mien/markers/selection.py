@@ -58,8 +58,8 @@ def select_take(
     Raises:
         BadInput: too little of the take was seen.
     """
-    alive = markers.seen.any(axis=1)
-    often = markers.seen[alive].mean(axis=0) >= config.least_seen if alive.any() else alive[:0]
+    alive = markers.seen[markers.seen.any(axis=1)]
+    often = alive.sum(axis=0) >= max(config.least_seen * len(alive), 1)
     if not often.any():
         raise BadInput(
             f"no marker is seen in {config.least_seen:.0%} of the frames that show any; export a more complete take"
