@@ -19,7 +19,7 @@ class FlowConfig:
     """Lower bound of n_I and m_I, relative to their root mean square over the image. Large: strong features rule."""
     data_epsilon: float = 0.1
     """Pixels: residuals well below it are penalised quadratically, well above it linearly."""
-    smooth_epsilon: float = 0.03
+    smooth_epsilon: float = 0.05
     """The same for |grad w|: differences of flow between neighbours far above it count as edges of the motion."""
     source_share: float = 0.5
     """How far the linearisation takes the source's derivatives: 0 is the paper's, 0.5 the mean."""
