@@ -56,8 +56,8 @@ def solve(
     writable(output, *(p for p in (picture, report, save_attach) if p))
     file = read_marker_file(existing(take), units, rate)
     face = face_for(rig)
+    by_hand = placed(attach, file.markers, face)
     with bar() as progress:
-        by_hand = placed(attach, file.markers, face)
         solved = solve_take(file.markers, face, by_hand, config, progress)
         image = preview(solved, file.markers, progress=progress)
     write_performance(output, solved.performance)
