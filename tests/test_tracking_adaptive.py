@@ -142,7 +142,7 @@ def test_a_subspace_from_plain_columns():
 
 def test_standing_errors_that_go_with_the_turn_are_learnt_and_taken_out():
     m, config = stage.model(), BiasConfig(memory=200.0, caution=2.0)
-    rng, bias = np.random.default_rng(3), no_bias()
+    rng, bias = np.random.default_rng(3), no_bias(config)
     slope = rng.normal(0, 0.8, (len(FEATURES), 2))
     slope -= np.median(slope, axis=0)
     errors = []
@@ -154,7 +154,7 @@ def test_standing_errors_that_go_with_the_turn_are_learnt_and_taken_out():
         wrong = slope * yaw / 0.2
         sight[list(FEATURES)] = (points[:, :2] + wrong) / points[:, 2:]
         raw = Sighting(None, stage.CAMERA, sight)
-        better = corrected(raw, bias, T, 600.0, config)
+        better = corrected(raw, bias, m, T, config)
         left = (better.sight[list(FEATURES)] - points[:, :2] / points[:, 2:]) * points[:, 2:]
         errors.append(np.linalg.norm(left - np.median(left, 0), axis=1).mean())
         bias = learn(bias, m, m.neutral, raw, T, config)
@@ -165,6 +165,6 @@ def test_no_memory_means_no_correction():
     m, T, config = stage.model(), stage.pose(), BiasConfig(memory=0.0)
     sighting = seen(np.zeros(m.shapes), T)
     assert not learn(no_bias(), m, m.neutral, sighting, T, config).coefficients.any()
-    assert corrected(sighting, no_bias(), T, 600.0, config) is sighting
+    assert corrected(sighting, no_bias(), m, T, config) is sighting
     blind = replace(sighting, sight=None)
-    assert corrected(blind, no_bias(), T, 600.0, BiasConfig()) is blind
+    assert corrected(blind, no_bias(), m, T, BiasConfig()) is blind

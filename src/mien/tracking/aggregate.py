@@ -72,6 +72,8 @@ class Volume:
 
 def _outwards(mesh: Mesh, volume: Volume) -> Mesh:
     """Turn the triangles round if their normals point to where distances fall."""
+    if not len(mesh.faces):
+        return mesh
     corners = mesh.vertices[mesh.faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)

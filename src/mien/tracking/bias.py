@@ -2,9 +2,9 @@
 
 A 2D landmark has no exact place on the skin: as the head turns, and from person to person, it wanders by a millimetre
 or two, the same way each time. Recursive least squares keep, for each of the 40 features, a line in yaw and pitch
-through the offsets between where it was seen and where the tracked face had it. The features share one 3 x 3
-covariance, so that an update costs microseconds; old offsets are forgotten slowly, and before anything is learnt the
-correction is zero.
+through the offsets between where it was seen and where the tracked face had it. The features share one 3 x 3 system,
+so that an update costs microseconds; old offsets are forgotten slowly, and before anything is learnt the correction is
+zero.
 """
 
 from dataclasses import dataclass
@@ -34,23 +34,32 @@ class BiasConfig:
 
 @dataclass(frozen=True)
 class Bias:
-    """What has been learnt."""
+    """What has been learnt, as the sums of a least squares fit that forgets."""
 
-    coefficients: Float[np.ndarray, "3 40 2"]
-    """Constant, by pitch, by yaw; millimetres at the face."""
-    covariance: Float[np.ndarray, "3 3"]
+    moments: Float[np.ndarray, "3 40 2"]
+    """Sum of (1, pitch, yaw) times offset, mm."""
+    information: Float[np.ndarray, "3 3"]
+    """Sum of (1, pitch, yaw) times itself, and the belief in no error at all, which is not forgotten."""
+
+    @property
+    def coefficients(self) -> Float[np.ndarray, "3 40 2"]:
+        """Constant, by pitch, by yaw; millimetres at the face."""
+        return np.linalg.solve(self.information, self.moments.reshape(3, -1)).reshape(self.moments.shape)
 
 
 def no_bias(config: BiasConfig = BiasConfig()) -> Bias:
     """Nothing learnt yet."""
-    return Bias(np.zeros((3, len(FEATURES), 2)), np.eye(3) / max(config.caution, 1e-6))
+    return Bias(np.zeros((3, len(FEATURES), 2)), _caution(config))
 
 
-def corrected(sighting: Sighting, bias: Bias, T_camera_face: Transform, z: float, config: BiasConfig) -> Sighting:
-    """The sighting with its 40 features moved by what they are wrong for this turn of the head; `z` in mm."""
+def corrected(
+    sighting: Sighting, bias: Bias, model: TrackingModel, T_camera_face: Transform, config: BiasConfig
+) -> Sighting:
+    """The sighting with its 40 features moved by what they are wrong for this turn of the head."""
     if sighting.sight is None or not config.memory:
         return sighting
     sight = sighting.sight.copy()
+    z = T_camera_face.apply(model.landmark_neutral[list(FEATURES)])[:, 2:]
     sight[list(FEATURES)] -= np.tensordot(_turn(T_camera_face, config), bias.coefficients, axes=1) / z
     return sighting.moved(sight)
 
@@ -70,15 +79,16 @@ def learn(
     offsets = raw.sight[list(FEATURES)] * points[:, 2:] - points[:, :2]
     offsets -= np.median(offsets, axis=0)
     turn = _turn(T_camera_face, config)
-    surprise = offsets - np.tensordot(turn, bias.coefficients, axes=1)
-    surprise[np.linalg.norm(offsets, axis=1) > config.largest] = 0
+    believed = np.linalg.norm(offsets, axis=1) <= config.largest
+    expected = np.tensordot(turn, bias.coefficients, axes=1)
+    offsets = np.where(believed[:, None], offsets, expected)
     keep = np.exp(-1.0 / config.memory)
-    gain = bias.covariance @ turn / (keep + turn @ bias.covariance @ turn)
-    covariance = (bias.covariance - np.outer(gain, turn @ bias.covariance)) / keep
-    largest = np.eye(3) / max(config.caution, 1e-6)
-    if np.trace(covariance) > np.trace(largest):
-        covariance *= np.trace(largest) / np.trace(covariance)
-    return Bias(bias.coefficients + gain[:, None, None] * surprise, covariance)
+    information = keep * bias.information + (1 - keep) * _caution(config) + np.outer(turn, turn)
+    return Bias(keep * bias.moments + turn[:, None, None] * offsets, information)
+
+
+def _caution(config: BiasConfig) -> Float[np.ndarray, "3 3"]:
+    return max(config.caution, 1e-6) * np.eye(3)
 
 
 def _turn(T_camera_face: Transform, config: BiasConfig) -> Float[np.ndarray, " 3"]:

@@ -36,7 +36,7 @@ class FitConfig:
     do not average out, so that here they are worth less."""
     gaps: float = 0.0
     """Weight of the opening between two lids or lips, which errors common to both do not touch; 0 = none. Off, since
-    MediaPipe's openings err by half a millimetre and more: worth it where lips must close and shapes need not be exact."""
+    MediaPipe's openings err by half a millimetre and more."""
     soft: float = 12.0
     """Residuals much above this lose weight, mm. Large = plain least squares."""
     ridge: float = 20.0

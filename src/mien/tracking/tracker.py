@@ -186,7 +186,7 @@ def step(
         return _lost(tools, state, frame)
     if late and not state.lost:
         sighting = carried(sighting, state, T_camera_face, model)
-    raw, sighting = sighting, corrected(sighting, state.bias, T_camera_face, T_camera_face.translation[2], config.bias)
+    raw, sighting = sighting, corrected(sighting, state.bias, model, T_camera_face, config.bias)
     x, T_camera_face, filtered = _blendshapes(tools, frame, sighting, T_camera_face, state, config)
     watch.lap("initial blendshapes")
     v1 = model.blend(x)

@@ -1,0 +1,117 @@
+"""Tracking speed, stage by stage, beside Li et al. 2013 (a 4-core laptop of 2012).
+
+    python benchmarks/tracking.py [--frames 120] [--json out.json]
+
+The mesh is the bundled face (4,818 vertices, some 2,300 of them in front; the paper's has 6,918 and 3,480), the images
+are 640 x 480 with 0.8 mm of noise at 0.7 m, and landmarks are told, since they come from another thread.
+"""
+
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small products: waking a second thread costs more than it gives
+
+import argparse
+import json
+import time
+from pathlib import Path
+
+import numpy as np
+
+from mien.camera import Camera
+from mien.depth import RGBDFrame
+from mien.faces.bundled import load_face
+from mien.faces.landmarks import Landmarks2D
+from mien.pictures.raycast import depth_image
+from mien.tracking.features import bundled_map
+from mien.tracking.model import tracking_model
+from mien.tracking.tracker import TrackConfig, begin, prepare, step
+from mien.transforms import Transform, rotation_from_vector
+
+CAMERA = Camera(525.0, 525.0, 319.5, 239.5, 640, 480)
+PAPER = {
+    "crop and smooth": None,
+    "rigid motion": 3.2,
+    "initial blendshapes": 3.0,
+    "adaptive space": 9.0,
+    "output deformation": 4.2,
+    "incremental PCA": 3.0,
+    "weights anew": None,
+}
+
+
+class Laps:
+    """Milliseconds a stage."""
+
+    def __init__(self):
+        self.stages: dict[str, list[float]] = {}
+        self.last = time.perf_counter()
+
+    def lap(self, stage: str) -> None:
+        now = time.perf_counter()
+        self.stages.setdefault(stage, []).append(1000 * (now - self.last))
+        self.last = now
+
+
+def stage(frames: int):
+    """Frames and landmarks of a face that talks, smiles and bulges in ways its rig does not know."""
+    rig, landmarks, rng = load_face().rig, bundled_map(), np.random.default_rng(0)
+    spot = landmarks.attachment.points(rig.neutral)[425]
+    near = np.exp(-(((rig.neutral.vertices - spot) ** 2).sum(1)) / 20**2)[:, None]
+    for t in range(frames):
+        weights = np.zeros(len(rig.names))
+        weights[rig.index("jawOpen")] = 0.4 * np.sin(t / 12) ** 2
+        weights[rig.index("mouthSmileLeft")] = 0.6 * np.sin(t / 17) ** 2
+        mesh = rig.mesh(weights)
+        mesh = mesh.with_vertices(mesh.vertices + near * [3, 0, 5] * np.sin(t / 9) ** 2)
+        turn = rotation_from_vector(np.array([0.1 * np.sin(t / 20), 0.2 * np.sin(t / 25), 0.0]))
+        T = Transform(np.diag([1.0, -1.0, -1.0]) @ turn, np.array([10 * np.sin(t / 15), 0.0, 700.0]))
+        depth = depth_image(mesh, CAMERA, T).depth
+        depth = np.nan_to_num(depth + rng.normal(0, 0.8, depth.shape)).astype(np.float32)
+        points = CAMERA.project(T.apply(landmarks.attachment.points(mesh))) + rng.normal(0, 0.3, (478, 2))
+        yield RGBDFrame(None, depth, t / 30), Landmarks2D(points, np.zeros(478), {})
+
+
+def measure(frames: int) -> dict:
+    """Medians and 99th percentiles, ms; the first 20 frames compile and settle."""
+    model = tracking_model(load_face().rig, bundled_map())
+    config = TrackConfig()
+    tools = prepare(model, CAMERA, config)
+    state, laps, whole = begin(tools, config), Laps(), []
+    for frame, landmarks in list(stage(frames)):
+        start = laps.last = time.perf_counter()
+        state, _ = step(tools, frame, landmarks, state, config, laps)
+        whole.append(1000 * (time.perf_counter() - start))
+    stages = {name: float(np.median(values[20:])) for name, values in laps.stages.items()}
+    return {
+        "vertices": len(model.rig.neutral.vertices),
+        "front": len(model.front),
+        "shapes": model.shapes,
+        "stages_ms": stages,
+        "pca_p99_ms": float(np.percentile(laps.stages["incremental PCA"][20:], 99)),
+        "frame_median_ms": float(np.median(whole[20:])),
+        "frame_p99_ms": float(np.percentile(whole[20:], 99)),
+    }
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--frames", type=int, default=120)
+    parser.add_argument("--json", type=Path)
+    arguments = parser.parse_args()
+    found = measure(arguments.frames)
+    print(f"{found['vertices']} vertices, {found['front']} in front, {found['shapes']} shapes")
+    print(f"{'stage':24}{'paper ms':>10}{'ours ms':>10}{'ratio':>8}")
+    for name, ours in found["stages_ms"].items():
+        paper = PAPER[name]
+        told = f"{paper:10.1f}{ours:10.2f}{paper / ours:8.1f}" if paper else f"{'':10}{ours:10.2f}"
+        print(f"{name:24}{told}")
+    print(f"{'whole frame, median':24}{22.4:10.1f}{found['frame_median_ms']:10.2f}{22.4 / found['frame_median_ms']:8.1f}")
+    print(f"{'whole frame, p99':24}{'':10}{found['frame_p99_ms']:10.2f}")
+    print(f"load of the machine: {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
+    if arguments.json:
+        arguments.json.write_text(json.dumps(found, indent=1))
+
+
+if __name__ == "__main__":
+    main()
