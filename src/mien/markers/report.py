@@ -8,6 +8,7 @@ from PIL import Image, ImageDraw
 
 from ..clip import Markers
 from ..pictures import Renderer, Report, bar_chart, contact_sheet, frontal_camera, label, line_chart
+from ..pictures.show import rig_look
 from ..pictures.view import View
 from ..progress import SILENT, Progress
 from ..rig import Performance
@@ -39,7 +40,7 @@ def preview(
     performance = solved.performance
     frames = telling_frames(performance)
     view = frontal_camera(performance.rig.neutral, (size, round(size * 1.25)), yaw=0.3)
-    renderer = Renderer(performance.rig.neutral, texture=performance.rig.texture)
+    renderer = Renderer(performance.rig.neutral, rig_look(performance.rig.neutral), performance.rig.texture)
     images = []
     for number, frame in enumerate(frames):
         vertices = performance.rig.vertices(performance.weights[frame])
