@@ -23,7 +23,9 @@ def correspond(points, normals, depth, intrinsics, reach, agree, step):
         plane /= np.linalg.norm(plane, axis=1, keepdims=True)
         good &= (plane * normals).sum(1) >= agree
         weight = -(plane * here).sum(1) / np.linalg.norm(here, axis=1)
-    return tuple(np.where(good.reshape(-1, *[1] * (a.ndim - 1)), a, 0).astype(np.float32) for a in (here, plane, weight))
+    keep = good[:, None]
+    found = (np.where(keep, here, 0), np.where(keep, plane, 0), np.where(good, weight, 0))
+    return tuple(a.astype(np.float32) for a in found)
 
 
 def _pixels(depth, u, v, intrinsics):

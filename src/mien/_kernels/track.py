@@ -7,6 +7,9 @@ import numpy as np
 
 MATHS = {"reassoc", "contract", "arcp", "nsz"}
 
+BLOCK = 256
+"""Rows of normal equations worked on at a time."""
+
 
 @no_type_check
 @numba.njit(cache=True, nogil=True, fastmath=MATHS, error_model="numpy")
@@ -42,6 +45,31 @@ def place(vertices, rotation, translation):
         for d in range(3):
             out[i, d] = R[d, 0] * x + R[d, 1] * y + R[d, 2] * z + t[d]
     return out
+
+
+@no_type_check
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def turned(rotation, translation, motion, centre):
+    """A pose followed by a turn motion[:3] (radians) about `centre` and a shift motion[3:]: rotation, translation."""
+    angle = np.sqrt(motion[0] ** 2 + motion[1] ** 2 + motion[2] ** 2)
+    a = np.sin(angle) / angle if angle > 1e-8 else 1.0
+    b = (1 - np.cos(angle)) / angle**2 if angle > 1e-8 else 0.5
+    R, t = np.empty((3, 3)), np.empty(3)
+    v = np.empty((4, 3))
+    v[:3] = rotation.T
+    v[3] = translation - centre
+    x, y, z = motion[0], motion[1], motion[2]
+    for i in range(4):
+        p, q, r = v[i, 0], v[i, 1], v[i, 2]
+        c0, c1, c2 = y * r - z * q, z * p - x * r, x * q - y * p
+        v[i, 0] += a * c0 + b * (y * c2 - z * c1)
+        v[i, 1] += a * c1 + b * (z * c0 - x * c2)
+        v[i, 2] += a * c2 + b * (x * c1 - y * c0)
+    for i in range(3):
+        for j in range(3):
+            R[j, i] = v[i, j]
+        t[i] = v[3, i] + centre[i] + motion[3 + i]
+    return R, t
 
 
 @no_type_check
@@ -88,28 +116,37 @@ def plane_rows(basis, rotation, points, found, plane, weight, centre, scale):
 def normal_equations(rows, right):
     """rows' rows (c, c) and rows' right (c,), float32, for tall float32 rows (m, c).
 
-    Four rows at a time, in one thread: at this size a BLAS spends longer waking its threads up.
+    Blocks of rows are turned on their side, so that the sums run along memory, four at a time; all in one thread: at
+    this size a BLAS spends longer waking its threads up.
     """
     m, c = rows.shape
-    A, b = np.zeros((c, c), np.float32), np.zeros(c, np.float32)
-    for i in range(0, m - 3, 4):
-        r0, r1, r2, r3 = rows[i], rows[i + 1], rows[i + 2], rows[i + 3]
-        s0, s1, s2, s3 = right[i], right[i + 1], right[i + 2], right[i + 3]
-        for p in range(c):
-            a0, a1, a2, a3 = r0[p], r1[p], r2[p], r3[p]
-            line = A[p]
-            for q in range(p, c):
-                line[q] += a0 * r0[q] + a1 * r1[q] + a2 * r2[q] + a3 * r3[q]
-            b[p] += a0 * s0 + a1 * s1 + a2 * s2 + a3 * s3
-    for i in range(m - m % 4, m):
-        for p in range(c):
-            for q in range(p, c):
-                A[p, q] += rows[i, p] * rows[i, q]
-            b[p] += rows[i, p] * right[i]
-    for p in range(c):
+    wide = c + 1 + (c + 1) % 2
+    A = np.zeros((wide, wide), np.float32)
+    block = np.zeros((wide, BLOCK), np.float32)
+    for start in range(0, m, BLOCK):
+        n = min(BLOCK, m - start)
+        for i in range(n):
+            for p in range(c):
+                block[p, i] = rows[start + i, p]
+            block[c, i] = right[start + i]
+        for p in range(0, wide, 2):
+            a0, a1 = block[p], block[p + 1]
+            for q in range(p, wide, 2):
+                b0, b1 = block[q], block[q + 1]
+                s00, s01, s10, s11 = np.float32(0), np.float32(0), np.float32(0), np.float32(0)
+                for i in range(n):
+                    s00 += a0[i] * b0[i]
+                    s01 += a0[i] * b1[i]
+                    s10 += a1[i] * b0[i]
+                    s11 += a1[i] * b1[i]
+                A[p, q] += s00
+                A[p, q + 1] += s01
+                A[p + 1, q] += s10
+                A[p + 1, q + 1] += s11
+    for p in range(wide):
         for q in range(p):
             A[p, q] = A[q, p]
-    return A, b
+    return A[:c, :c].copy(), A[:c, c].copy()
 
 
 @no_type_check

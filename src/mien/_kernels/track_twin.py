@@ -3,6 +3,7 @@
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve_triangular
+from scipy.spatial.transform import Rotation
 
 
 def vertex_normals(vertices, faces):
@@ -17,6 +18,12 @@ def vertex_normals(vertices, faces):
 def place(vertices, rotation, translation):
     """rotation @ v + translation for every row (n, 3)."""
     return vertices @ rotation.T + translation
+
+
+def turned(rotation, translation, motion, centre):
+    """A pose followed by a turn motion[:3] (radians) about `centre` and a shift motion[3:]: rotation, translation."""
+    turn = Rotation.from_rotvec(motion[:3]).as_matrix()
+    return turn @ rotation, turn @ (translation - centre) + centre + motion[3:]
 
 
 def plane_rows(basis, rotation, points, found, plane, weight, centre, scale):

@@ -92,7 +92,8 @@ def fit_blendshapes(
         if sighting.sight is not None and config.features:
             seen = feature_term(model, ids, sighting.sight[ids], x, T_camera_face, centre, config)
             terms.append(without_head(*seen) if config.relative and sighting.depth is not None else seen)
-            terms.append(gap_term(model, sighting.sight, x, T_camera_face, centre, config))
+            if config.gaps:
+                terms.append(gap_term(model, sighting.sight, x, T_camera_face, centre, config))
         A, b = normal_equations(terms, model.shapes)
         _add_priors(A, b, model, x, before, sighting.scores, config)
         change = _solve(A, b, x, config.pose)

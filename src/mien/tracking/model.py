@@ -58,7 +58,8 @@ class TrackingModel:
 
     def blend(self, weights: Float[np.ndarray, " k"]) -> Float32[np.ndarray, "f 3"]:
         """v1 = b0 + B x on the front (Li et al. 2013, sec. 4.2)."""
-        return self.neutral + self.basis @ weights.astype(np.float32)
+        flat = self.basis.reshape(-1, self.shapes) @ weights.astype(np.float32)
+        return self.neutral + flat.reshape(-1, 3)
 
     def whole(self, weights: Float[np.ndarray, " k"], front: Float[np.ndarray, "f 3"]) -> Float[np.ndarray, "n 3"]:
         """The whole rig under `weights`, with the front's vertices as given, mm."""

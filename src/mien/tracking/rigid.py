@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float, Float32, Int
 
 from .._kernels import icp, track
-from ..transforms import Transform, rotation_from_vector
+from ..transforms import Transform
 from .observe import Sighting
 
 LEVER = 100.0
@@ -108,6 +108,4 @@ def moved(
     T_camera_face: Transform, motion: Float[np.ndarray, " 6"], centre: Float[np.ndarray, " 3"]
 ) -> Transform:
     """`T_camera_face` followed by a turn (radians) about `centre` (mm, camera space) and a shift (mm)."""
-    turn = rotation_from_vector(motion[:3])
-    shifted = turn @ (T_camera_face.translation - centre) + centre + motion[3:]
-    return Transform(turn @ T_camera_face.rotation, shifted)
+    return Transform(*track.turned(T_camera_face.rotation, T_camera_face.translation, motion, centre))
