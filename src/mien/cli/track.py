@@ -11,7 +11,7 @@ from ..io.gltf import write_performance
 from ..io.rgbd import RgbdTake, read_rgbd
 from ..io.rgbd_live import Replay, live_frames
 from ..io.rigs import read_any_rig
-from ..tracking.features import LandmarkMap, find_landmarks
+from ..tracking.features import LandmarkMap, landmarks_of
 from ..tracking.pipeline import TakeConfig, Tracked, track_take
 from .bar import bar
 from .personalize import beside
@@ -71,7 +71,7 @@ def rig_for(path: Path | None):
         return load_face().rig, None
     rig = read_any_rig(path)
     kept = beside(path)
-    return rig, LandmarkMap.load(kept, rig.neutral) if kept.is_file() else find_landmarks(rig)
+    return rig, LandmarkMap.load(kept, rig.neutral) if kept.is_file() else landmarks_of(rig)
 
 
 def as_live(take: RgbdTake) -> RgbdTake:
