@@ -10,6 +10,9 @@ from ..faces.bundled import BundledFace
 from ..mesh import vertex_normals
 from ..rig import Rig
 
+LID_OVERLAP = (0.4, 0.8)
+"""How far a closed upper lid comes over the lower one, least and most, mm."""
+
 
 @dataclass(frozen=True)
 class Ball:
@@ -80,21 +83,28 @@ def rigid_motion(
 
 
 def lid_contact(face: BundledFace, ball: Ball, side: str, skin: Bool[np.ndarray, " n"]) -> Contact:
-    """The edges of one eye's lids (`side` "Left" or "Right"); partners are where the generic blink brings them."""
+    """The edges of one eye's lids (`side` "Left" or "Right"); partners are above one another in the generic blink.
+
+    Closed, the upper edge lies a little below the lower one, `LID_OVERLAP` mm, whatever the generic blink leaves.
+    """
     vertices, blink = face.rig.neutral.vertices, face.rig.deltas[face.rig.index(f"eyeBlink{side}")]
     upper = face.contours[f"{side.lower()}_upper_lid"][1:-1]
     closed = vertices + blink
-    lower = _on_line(closed, closed[upper], face.contours[f"{side.lower()}_lower_lid"])
+    across = np.array([1.0, 0.0, 0.0])
+    lower = _on_line(closed * across, closed[upper] * across, face.contours[f"{side.lower()}_lower_lid"])
+    offset = closed[upper] - lower @ closed
+    offset[:, 1] = np.clip(offset[:, 1], -LID_OVERLAP[1], -LID_OVERLAP[0])
     reach = np.linalg.norm(blink, axis=1)
-    follow = np.minimum(reach[:, None] / np.maximum(reach[upper], 0.5)[None, :], 1.0) * skin[:, None]
+    follow = np.minimum((reach[:, None] + 0.5) / (reach[upper] + 0.5)[None, :], 1.0) * skin[:, None]
     front = vertices[:, 2] > ball.centre[2] - 0.5 * ball.radius
-    spread = _shepard(vertices, vertices[upper], sigma=3.0) * front[:, None]
+    above = _nearer(vertices, upper, face.contours[f"{side.lower()}_lower_lid"])
+    spread = _shepard(vertices, vertices[upper], sigma=3.0) * (front * above)[:, None] * follow
     return _compact(
         upper=_rows_of(upper, len(vertices)),
         lower=lower,
-        spread_upper=sp.csr_matrix(spread * follow),
+        spread_upper=sp.csr_matrix(np.where(np.abs(spread) > 1e-4, spread, 0.0)),
         spread_lower=sp.csr_matrix((len(vertices), len(upper))),
-        offset=closed[upper] - lower @ closed,
+        offset=offset,
         normal=_unit(vertices[upper] - closed[upper]),
     )
 
@@ -125,6 +135,12 @@ def _stack(first: sp.csr_matrix, second: sp.csr_matrix) -> sp.csr_matrix:
     return sp.csr_matrix(sp.vstack([first, second]))
 
 
+def _nearer(vertices: np.ndarray, ours: np.ndarray, theirs: np.ndarray) -> Float[np.ndarray, " n"]:
+    """1 on our line, 0 on theirs, smooth between: whose lid each vertex belongs to."""
+    own, other = (np.linalg.norm(vertices[:, None] - vertices[line], axis=2).min(axis=1) for line in (ours, theirs))
+    return other**2 / np.maximum(own**2 + other**2, 1e-12)
+
+
 def _rows_of(vertices: Int[np.ndarray, " q"], n: int) -> sp.csr_matrix:
     """Rows that pick single vertices."""
     return sp.csr_matrix((np.ones(len(vertices)), (np.arange(len(vertices)), vertices)), (len(vertices), n))
@@ -149,7 +165,7 @@ def _compact(
     offset: np.ndarray, normal: np.ndarray,
 ) -> Contact:
     """Matrices over all vertices -> a contact over those that take part."""
-    used = [abs(upper).sum(axis=0), abs(lower).sum(axis=0), spread_upper.sum(axis=1).T, spread_lower.sum(axis=1).T]
+    used = [abs(m).sum(axis=axis).ravel() for m, axis in ((upper, 0), (lower, 0), (spread_upper, 1), (spread_lower, 1))]
     m = np.flatnonzero(sum(np.asarray(u).ravel() for u in used))
     return Contact(m, upper[:, m], lower[:, m], spread_upper[m], spread_lower[m], offset, normal)
 

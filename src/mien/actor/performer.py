@@ -132,7 +132,7 @@ def close_lids(
     drawn = smoothstep((closing - 0.6) / 0.4)[:, None, None]
     upper, lower = lids.points(neutral)
     apart = ((lower + lids.offset - upper) * lids.normal).sum(axis=1, keepdims=True) < 0
-    for _ in range(3):
+    for _ in range(8):
         gap = _rows(lids.lower, own) + lids.offset - _rows(lids.upper, own)
         overlap = apart * np.maximum((gap * lids.normal).sum(axis=2, keepdims=True), 0.0) * lids.normal
         own = own + _rows(lids.spread_upper, drawn * gap + (1 - drawn) * overlap)
@@ -165,7 +165,7 @@ def part_lips(
     rest = np.minimum(((upper - lower) * lips.normal).sum(axis=1), 0.0)
     draw = smoothstep((sealed - 0.7) / 0.3)[:, None]
     own = points[:, lips.vertices]
-    for _ in range(2):
+    for _ in range(3):
         apart = _rows(lips.upper, own) - _rows(lips.lower, own)
         gap = (apart * lips.normal).sum(axis=2) - rest
         aside = np.linalg.norm(apart - (gap + rest)[..., None] * lips.normal, axis=2)
