@@ -5,6 +5,9 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 EXTRAS ?= all
 
+# The compiled loops have threads of their own; BLAS threads beside them only get in the way.
+export OPENBLAS_NUM_THREADS ?= 1
+
 .PHONY: demo test lint bench clean setup
 
 demo: $(STAMP)

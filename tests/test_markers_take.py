@@ -71,19 +71,19 @@ def run(capsys, *words: str) -> tuple[int, str]:
 
 def test_solve_from_file_to_file_and_placed_by_hand(staged, tmp_path, capsys):
     take = staged.markers
-    write_c3d(tmp_path / "take.c3d", Markers(take.positions[:90], take.labels, take.rate))
+    write_c3d(tmp_path / "take.c3d", Markers(take.positions[:60], take.labels, take.rate))
     out = tmp_path / "perf.glb"
     places = tmp_path / "places.json"
     solve = ("solve", str(tmp_path / "take.c3d"), "-o")
     assert run(capsys, *solve, str(out), "--save-attach", str(places))[0] == 0
     performance = read_performance(out)
-    assert performance.weights.shape == (90, 52)
+    assert performance.weights.shape == (60, 52)
     assert performance.rate == take.rate
     assert {p.name for p in tmp_path.iterdir()} == {"take.c3d", "perf.glb", "perf.png", "perf.html", "places.json"}
     assert set(json.loads(places.read_text())) == set(take.labels)
     again = tmp_path / "again.glb"
-    assert run(capsys, *solve, str(again), "--attach", str(places))[0] == 0
-    assert np.abs(read_performance(again).weights - performance.weights).mean() < 0.05
+    assert run(capsys, *solve, str(again), "--attach", str(places), "--adapt-rounds", "0")[0] == 0
+    assert np.abs(read_performance(again).weights - performance.weights).mean() < 0.1
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,8 @@ import os
 import sys
 from importlib.util import find_spec
 
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy: our loops have threads of their own
+
 from cyclopts import App, Group
 
 from .. import __version__
