@@ -38,6 +38,8 @@ class LiftConfig:
     max_misfit: float = 6.5
     """A face's lifted landmarks, seen from the front, meet the average face's to this, median, mm. In the search, from
     anywhere, up to twice that is worth a closer look."""
+    max_stray: float = 30.0
+    """A landmark farther than this from the average face's went through a hole in the scan and is dropped, mm."""
     max_tilt_deg: float = 50.0
     """A detection counts only in pictures where the face stands upright to this, degrees."""
     unit_slack: float = 1.3
@@ -226,16 +228,26 @@ def _look(
         for seen in landmarker.detect_all(renderer.draw(*view))[:1]:
             hits, points = _lift(caster, view, seen.points)
             facing = _facing(view, hits, points, normals)
-            found.append(np.where((np.abs(facing) >= config.least_cosine)[:, None], points, np.nan))
+            side = -1.0 if np.median(facing) < 0 else 1.0
+            found.append(np.where((side * facing >= config.least_cosine)[:, None], points, np.nan))
             scores.append(seen.scores)
-            inward.append(np.median(facing) < 0)
+            inward.append(side < 0)
     if not found:
         return None
     points, spread = _median(np.array(found))
+    fresh = similarity_to_average(points)[0]
+    stray = _off_average(fresh.apply(points)) > config.max_stray
+    points[stray], spread[stray] = np.nan, np.nan
     back = T_face_scan.inverse()
-    better = similarity_to_average(points)[0] @ T_face_scan
+    better = fresh @ T_face_scan
     names = {name: float(np.median([s[name] for s in scores])) for name in scores[0]}
     return _Seen(better, back.apply(points), spread * back.scale, names, bool(np.mean(inward) > 0.5))
+
+
+def _off_average(points: Float[np.ndarray, "478 3"]) -> Float[np.ndarray, " 478"]:
+    """Distance of each landmark (face space) from the average face's, mm; NaN where it is missing."""
+    average = bundled_landmarks().attachment.points(load_face().rig.neutral)
+    return np.linalg.norm(points - average, axis=1)
 
 
 def _facing(view: View, hits: Hits, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
@@ -246,9 +258,12 @@ def _facing(view: View, hits: Hits, points: np.ndarray, normals: np.ndarray) -> 
 
 
 def _median(stack: Float[np.ndarray, "views 478 3"]) -> tuple[np.ndarray, np.ndarray]:
-    """Median over the views and the median distance from it, NaN where no view has the point."""
+    """Median over the views and the median distance from it; NaN where fewer than two views have the point.
+
+    (Of a single view, one is enough.) What one view alone has often went through a hole.
+    """
     points, spread = np.full((COUNT, 3), np.nan), np.full(COUNT, np.nan)
-    seen = np.isfinite(stack).all(axis=2).any(axis=0)
+    seen = np.isfinite(stack).all(axis=2).sum(axis=0) >= min(2, len(stack))
     points[seen] = np.nanmedian(stack[:, seen], axis=0)
     spread[seen] = np.nanmedian(np.linalg.norm(stack[:, seen] - points[seen], axis=2), axis=0)
     return points, spread

@@ -46,7 +46,7 @@ def procrustes(
         raise ValueError("source, target: no point is present in both with a weight")
     s, t = np.nan_to_num(source)[None], np.nan_to_num(target)[None]
     s_mean, t_mean, H = _moments(s, t, w)
-    R, singular, determined = _rotations(H)
+    R, singular, determined = nearest_rotations(H)
     variance = float((w[0] * ((s[0] - s_mean[0]) ** 2).sum(axis=1)).sum())
     size = float(singular[0].sum() / variance) if scale and variance > 0 else 1.0
     transform = Transform(R[0], t_mean[0] - size * R[0] @ s_mean[0], size)
@@ -73,7 +73,7 @@ def procrustes_frames(
     w = _weights(s, target, None if weights is None else np.broadcast_to(weights, target.shape[:2]))
     s, t = np.nan_to_num(s), np.nan_to_num(target)
     s_mean, t_mean, H = _moments(s, t, w)
-    R, _, determined = _rotations(H)
+    R, _, determined = nearest_rotations(H)
     transform = Transform(R, t_mean - np.einsum("tij,tj->ti", R, s_mean))
     residuals, rms = _residuals(transform.apply(s), t, w)
     return ProcrustesResult(transform, residuals, rms, determined)
@@ -97,15 +97,17 @@ def _moments(s: np.ndarray, t: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, n
     return s_mean, t_mean, H
 
 
-def _rotations(H: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Proper rotations that maximise trace(R^T H), signed singular values, and where R is unique.
+def nearest_rotations(H: Float[np.ndarray, "t 3 3"]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Proper rotations R that maximise trace(R^T H), signed singular values (t, 3), and where R is unique (t,).
 
     Where H has rank below 2 the maximisers are many: a whisper of identity picks the smallest rotation.
     """
-    size = np.linalg.svd(H, compute_uv=False)
-    determined = size[:, 1] > 1e-9 * np.maximum(size[:, 0], 1e-300)
-    whisper = np.where(determined, 0.0, np.maximum(1e-8 * size[:, 0], 1e-300))
-    U, singular, Vt = np.linalg.svd(H + whisper[:, None, None] * np.eye(3))
+    U, singular, Vt = np.linalg.svd(H)
+    determined = singular[:, 1] > 1e-9 * np.maximum(singular[:, 0], 1e-300)
+    loose = ~determined
+    if loose.any():
+        whisper = np.maximum(1e-8 * singular[loose, 0], 1e-300)
+        U[loose], singular[loose], Vt[loose] = np.linalg.svd(H[loose] + whisper[:, None, None] * np.eye(3))
     sign = np.where(np.linalg.det(U @ Vt) < 0, -1.0, 1.0)
     U[:, :, 2] *= sign[:, None]
     singular[:, 2] *= sign

@@ -1,0 +1,75 @@
+"""What is done to a scan before anything is fitted to it: weld, drop what is no surface, turn the right side out."""
+
+import igl
+import numpy as np
+from jaxtyping import Float, Int
+from scipy.sparse.csgraph import connected_components
+
+from ..mesh import Mesh, adjacency, face_areas, face_normals
+from ..pictures.raycast import RayCaster
+
+
+def cleaned(mesh: Mesh) -> Mesh:
+    """The scan's surface: duplicated vertices made one, triangles without area left out, normals outward.
+
+    Texture coordinates and colours are dropped; vertices get new numbers.
+    """
+    return outward(welded(mesh))
+
+
+def welded(mesh: Mesh) -> Mesh:
+    """Vertices in the same place (to a millionth of the scan's size) become one; flat and double triangles go."""
+    size = float(np.ptp(mesh.vertices, axis=0).max()) or 1.0
+    keys = np.round((mesh.vertices - mesh.vertices.min(axis=0)) / (1e-6 * size)).astype(np.int64)
+    _, first, where = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    faces = where.reshape(-1)[mesh.faces]
+    vertices = mesh.vertices[first]
+    proper = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
+    proper[proper] &= face_areas(vertices, faces[proper]) > 1e-14 * size**2
+    faces = faces[proper]
+    _, once = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
+    faces = faces[np.sort(once)]
+    used, renumbered = np.unique(faces, return_inverse=True)
+    return Mesh(vertices[used], renumbered.reshape(-1, 3))
+
+
+def outward(mesh: Mesh, pixels: int = 64) -> Mesh:
+    """Triangles wound alike within each piece, and each piece so that it shows its outer side to the world.
+
+    Pieces that nobody sees from outside keep the side that most of the scan has.
+    """
+    faces, piece = _wound_alike(mesh.faces)
+    alike = Mesh(mesh.vertices, faces)
+    votes = _votes(alike, pixels)
+    count = int(piece.max()) + 1 if len(piece) else 0
+    total = np.bincount(piece, votes, minlength=count)
+    most = 1.0 if votes.sum() >= 0 else -1.0
+    flip = np.where(total == 0, most, total)[piece] < 0
+    return Mesh(mesh.vertices, np.where(flip[:, None], faces[:, ::-1], faces))
+
+
+def _wound_alike(faces: Int[np.ndarray, "m 3"]) -> tuple[Int[np.ndarray, "m 3"], Int[np.ndarray, " m"]]:
+    """Faces with neighbours wound alike, and which piece each is in."""
+    directed = faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2).astype(np.int64)
+    keys = directed[:, 0] * (int(faces.max()) + 1) + directed[:, 1]
+    if len(np.unique(keys)) == len(keys):
+        _, of_vertex = connected_components(adjacency(faces, int(faces.max()) + 1), directed=False)
+        return faces.astype(np.int64), of_vertex[faces[:, 0]]
+    alike, piece = igl.bfs_orient(faces.astype(np.int64))
+    return np.asarray(alike).astype(np.int64), np.asarray(piece).astype(np.int64).reshape(-1)
+
+
+def _votes(mesh: Mesh, pixels: int) -> Float[np.ndarray, " m"]:
+    """For each triangle: how often it is seen from outside, from its outer side less from its inner one."""
+    centre = (mesh.vertices.min(0) + mesh.vertices.max(0)) / 2
+    radius = float(np.linalg.norm(mesh.vertices - centre, axis=1).max())
+    caster, normals = RayCaster(mesh), face_normals(mesh.vertices, mesh.faces)
+    votes = np.zeros(len(mesh.faces))
+    u, v = np.meshgrid(*[np.linspace(-radius, radius, pixels)] * 2)
+    for way in (*np.eye(3), *-np.eye(3)):
+        a, b = np.roll(way, 1), np.roll(way, 2)
+        origins = centre - 2 * radius * way + u.reshape(-1, 1) * a + v.reshape(-1, 1) * b
+        hits = caster.cast(origins, np.broadcast_to(way, origins.shape))
+        seen = hits.faces[hits.hit]
+        votes += np.bincount(seen, -(normals[seen] @ way), minlength=len(votes))
+    return votes
