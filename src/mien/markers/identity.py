@@ -16,7 +16,7 @@ class IdentityConfig:
 
     rounds: int = 12
     """Rounds of closest points and least squares."""
-    noise_mm: float = 1.0
+    noise_mm: float = 2.0
     """What the identity space cannot tell, plus jitter, mm."""
     slide_mm: tuple[float, float] = (12.0, 4.0)
     """How far a marker is free to slide along the skin, first and last round, mm: closest points are no true ones."""
