@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+
 from mien.transforms import (
     Transform,
     quaternions_from_rotations,

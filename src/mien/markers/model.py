@@ -37,7 +37,7 @@ def marker_model(rig: Rig, attachment: Attachment, standoff: Float[np.ndarray, "
 
     The stand-off turns with the normal of each shape, to first order in the weights.
     """
-    around = np.isin(rig.neutral.faces, rig.neutral.faces[attachment.faces]).any(axis=1)
+    around = np.asarray(np.isin(rig.neutral.faces, rig.neutral.faces[attachment.faces]).any(axis=1))
     part, old = submesh(rig.neutral, around)
     here = np.cumsum(around) - 1
     D = Attachment(here[attachment.faces], attachment.barycentric).matrix(part)

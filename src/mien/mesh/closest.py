@@ -36,11 +36,12 @@ class ClosestPoint:
 
     def query(self, points: Float[np.ndarray, "q 3"]) -> Closest:
         """The closest point on the surface to each of `points` (q, 3), millimetres."""
-        squared, faces, found = self._tree.squared_distance(self._vertices, self._faces, np.ascontiguousarray(points))
-        found = found.reshape(-1, 3)
+        answer = self._tree.squared_distance(self._vertices, self._faces, np.ascontiguousarray(points))
+        squared, faces, found = (np.asarray(part) for part in answer)
+        faces, found = faces.astype(np.int64), found.reshape(-1, 3)
         corners = self._vertices[self._faces[faces]]
         bary = barycentric(found, corners[:, 0], corners[:, 1], corners[:, 2])
-        return Closest(np.sqrt(np.maximum(squared, 0)), faces.astype(np.int64), found, bary)
+        return Closest(np.sqrt(np.maximum(squared, 0)), faces, found, bary)
 
 
 def closest_point(mesh: Mesh, points: Float[np.ndarray, "q 3"]) -> Closest:

@@ -50,7 +50,7 @@ def adjacency(faces: Int[np.ndarray, "m 3"], n: int) -> sp.csr_matrix:
     """Which vertices share an edge: symmetric 0/1 matrix (n, n)."""
     i = faces[:, [0, 1, 2]].ravel()
     j = faces[:, [1, 2, 0]].ravel()
-    A = sp.coo_matrix((np.ones(2 * len(i)), (np.r_[i, j], np.r_[j, i])), shape=(n, n)).tocsr()
+    A = sp.csr_matrix((np.ones(2 * len(i)), (np.r_[i, j], np.r_[j, i])), shape=(n, n))
     A.data[:] = 1.0
     return A
 

@@ -30,7 +30,8 @@ class Performance:
         if k != len(self.rig.names):
             raise ValueError(f"weights: expected {len(self.rig.names)} a frame, one a shape of the rig, got {k}")
         if len(self.T_world_face) != t or len(self.tracked) != t:
-            raise ValueError(f"T_world_face, tracked: expected {t} frames, got {len(self.T_world_face)}, {len(self.tracked)}")
+            got = f"{len(self.T_world_face)}, {len(self.tracked)}"
+            raise ValueError(f"T_world_face, tracked: expected {t} frames, got {got}")
 
     def __len__(self) -> int:
         return len(self.weights)
