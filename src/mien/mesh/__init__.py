@@ -1,6 +1,8 @@
 """Triangle meshes: the noun, its operators, closest points."""
 
 from .closest import Closest, ClosestPoint, barycentric, closest_point
+from .curvature import curvature_features, mean_curvature
+from .cylinder import Cylinder, Unrolled, fit_cylinder, unroll_face
 from .mesh import Attachment, Mesh, Scan, submesh
 from .operators import (
     adjacency,
@@ -13,23 +15,37 @@ from .operators import (
     uniform_laplacian,
     vertex_normals,
 )
+from .raster import SurfaceImage
+from .sample import blue_noise, farthest_points, loop_subdivide, random_points, transfer
 
 __all__ = [
     "Attachment",
     "Closest",
     "ClosestPoint",
+    "Cylinder",
     "Mesh",
     "Scan",
+    "SurfaceImage",
+    "Unrolled",
     "adjacency",
     "barycentric",
+    "blue_noise",
     "boundary_vertices",
     "closest_point",
     "cotangent_laplacian",
+    "curvature_features",
     "face_areas",
     "face_normals",
+    "farthest_points",
+    "fit_cylinder",
+    "loop_subdivide",
     "mass",
+    "mean_curvature",
     "mean_edge_length",
+    "random_points",
     "submesh",
+    "transfer",
     "uniform_laplacian",
+    "unroll_face",
     "vertex_normals",
 ]
