@@ -4,7 +4,8 @@
 
 Textures are functions that can be read anywhere, so that the truth is exact: smooth noise of several scales, sparse
 ridges on a zero background, and the mean curvature of the bundled face. The target is brightened by 10 % and a ramp;
-both images get noise of 2 % of the texture's spread. Rows of OpenCV or scikit-image are left out where these are missing.
+both images get noise of 2 % of the texture's spread. Rows of OpenCV or scikit-image are left out where these are
+missing.
 """
 
 import argparse
