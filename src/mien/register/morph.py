@@ -40,7 +40,7 @@ class MorphConfig:
     """How wrong a landmark is expected to be."""
     surface_sigma: tuple[float, ...] = (8.0, 4.0, 2.0, 1.2, 0.8)
     """How far the surface is expected to be from the model, round by round: it begins to count late."""
-    rounds: int = 4
+    rounds: int = 3
     """Gauss-Newton steps at each of `surface_sigma`."""
     samples: float = 400.0
     """The surface counts as so many independent measurements, since neighbouring vertices err alike."""
@@ -71,6 +71,7 @@ def fit_model(
     anchors: Anchors,
     trust: Float[np.ndarray, " n"],
     config: MorphConfig | None = None,
+    start: MorphResult | None = None,
 ) -> MorphResult:
     """Pose and coefficients that bring the model onto `target` (aligned with it but for a few centimetres and degrees).
 
@@ -79,10 +80,13 @@ def fit_model(
     Args:
         anchors: landmarks on the model (`attachment` in its topology) and their places on the target, mm.
         trust: weight of each vertex's closest point; 0 where the target has no such surface.
+        start: an earlier fit to go on from.
     """
     config = config or MorphConfig()
     fit = _Fit(model, target, anchors, trust, config)
     c, T = model.expected.copy(), Transform.identity()
+    if start is not None:
+        c, T = np.clip(start.coefficients, model.lower, model.upper), start.T_model_target.inverse()
     moved = np.inf
     for sigma in np.repeat(config.surface_sigma, config.rounds):
         c, T, moved = fit.step(c, T, float(sigma))

@@ -1,0 +1,199 @@
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mien.cli.register import register
+from mien.errors import BadInput
+from mien.faces.bundled import load_face
+from mien.faces.landmark_lift import LiftConfig
+from mien.faces.landmark_model import model_path
+from mien.faces.landmarks import bundled_landmarks
+from mien.faces.registration import RegisterConfig, register_scan, registered_rig
+from mien.faces.registration_report import registration_record
+from mien.faces.scan_clean import cleaned, outward, welded
+from mien.faces.template_parts import TemplateParts, carried
+from mien.io.gltf import read_rig
+from mien.io.meshes import read_scan, write_mesh
+from mien.mesh import Mesh, submesh, vertex_normals
+from mien.pictures.refine import loop_refinement
+from mien.register import Template
+from mien.transforms import Transform, rotation_from_vector
+
+DATA = Path(__file__).parents[2] / "shared" / "data"
+
+
+def has_model() -> bool:
+    try:
+        model_path()
+    except BadInput:
+        return False
+    return True
+
+
+needs_model = pytest.mark.skipif(not has_model(), reason="no face model: run `mien fetch landmarks`")
+QUICK = RegisterConfig(lift=LiftConfig(sweep_pixels=256, pixels=480, views=((0.0, 0.0), (-0.25, 0.0), (0.25, 0.0))))
+
+
+@pytest.fixture(scope="module")
+def staged(tmp_path_factory):
+    """Somebody with the mouth open: subdivided, cut at ears and neck, in metres and turned; the true face."""
+    face = load_face()
+    person = face.person(np.random.default_rng(8).normal(size=30) * 0.8)
+    weights = np.zeros(len(person.names))
+    weights[person.index("jawOpen")] = 0.4
+    truth = person.vertices(weights)
+    on_skin = np.isin(face.rig.neutral.faces, face.parts["skin"]).all(axis=1)
+    skin, _ = submesh(person.neutral.with_vertices(truth), on_skin)
+    finer = loop_refinement(skin.faces, len(skin.vertices))
+    fine = Mesh(finer.matrix @ skin.vertices, finer.faces, colors=finer.between @ skin.colors)
+    front, _ = submesh(fine, fine.vertices[fine.faces, 2].min(axis=1) > 0)
+    T = Transform(rotation_from_vector(np.array([0.2, 0.5, 0.1])), np.array([0.4, 0.2, -0.3]), 0.001)
+    path = tmp_path_factory.mktemp("scan") / "somebody.ply"
+    write_mesh(path, front.with_vertices(T.apply(front.vertices)))
+    return path, truth, T
+
+
+@pytest.fixture(scope="module")
+def found(staged):
+    return register_scan(read_scan(staged[0]), config=QUICK)
+
+
+@needs_model
+def test_the_template_comes_to_lie_on_the_scan(found, staged):
+    _, truth, T = staged
+    face = load_face()
+    assert found.landmarks.unit == "m"
+    error = found.regions["face"]
+    assert error.mean < 0.1
+    assert error.p95 < 0.3
+    assert error.covered > 0.85
+    off = np.linalg.norm(found.mesh.vertices - (found.T_face_scan @ T).apply(truth), axis=1)
+    assert off[face.regions["face"] > 0.5].mean() < 2.0
+    assert found.expression["jawOpen"] > 0.2
+
+
+@needs_model
+def test_lids_and_lips_land_on_lids_and_lips(found, staged):
+    _, truth, T = staged
+    there = (found.T_face_scan @ T).apply(truth)
+    for name, edge in load_face().contours.items():
+        assert np.linalg.norm(found.mesh.vertices[edge] - there[edge], axis=1).mean() < 2.5, name
+
+
+@needs_model
+def test_hidden_parts_come_along(found, staged):
+    """Eyeballs keep their size and stay behind the lids; the mouth's lining stays behind the skin."""
+    face = load_face()
+    for side in ("left", "right"):
+        ball = face.parts[f"{side}_eye"]
+        size = np.ptp(found.mesh.vertices[ball], axis=0)
+        assert (np.abs(size - np.ptp(face.rig.neutral.vertices[ball], axis=0)) < 4).all()
+    _, truth, T = staged
+    off = np.linalg.norm(found.mesh.vertices - (found.T_face_scan @ T).apply(truth), axis=1)
+    for part in ("upper_teeth", "lower_teeth", "tongue"):
+        assert off[face.parts[part]].mean() < 6, part
+
+
+@needs_model
+def test_density_keeps_the_coarse_vertices_first(found, staged):
+    fine = register_scan(read_scan(staged[0]), landmarks=found.landmarks, config=RegisterConfig(density=1))
+    n = len(found.mesh.vertices)
+    face = load_face().regions["face"] > 0.5
+    assert len(fine.mesh.faces) == 4 * len(found.mesh.faces)
+    assert np.linalg.norm(fine.mesh.vertices[:n] - found.mesh.vertices, axis=1)[face].mean() < 1.0
+    assert fine.regions["face"].p95 <= found.regions["face"].p95 + 0.02
+    rig = registered_rig(fine, load_face())
+    assert rig.deltas.shape == (52, len(fine.mesh.vertices), 3)
+
+
+@needs_model
+def test_the_command_writes_face_page_and_record(staged, tmp_path, capsys, monkeypatch, found):
+    monkeypatch.setattr("mien.cli.register.register_scan", lambda *_, **__: found)
+    register(staged[0], output=tmp_path / "face.glb", report=tmp_path / "page.html")
+    assert "mean distance" in capsys.readouterr().out
+    assert read_rig(tmp_path / "face.glb").names == load_face().rig.names
+    record = json.loads((tmp_path / "register.json").read_text())["somebody"]
+    assert record == json.loads(json.dumps(registration_record(found)))
+    assert record["unit"] == "m"
+    assert (tmp_path / "page.html").read_text().count("<img") == 1
+
+
+def test_the_command_refuses_what_it_cannot_do(tmp_path):
+    with pytest.raises(BadInput, match="a folder"):
+        register(tmp_path)
+    with pytest.raises(BadInput, match=r"\.glb"):
+        register(tmp_path / "scan.obj", output=tmp_path / "face.obj")
+
+
+def ball() -> Mesh:
+    mesh = load_face().rig.neutral
+    return submesh(mesh, np.isin(mesh.faces, load_face().parts["left_eye"]).all(axis=1))[0]
+
+
+def test_duplicated_vertices_are_welded_and_flat_triangles_go():
+    mesh = ball()
+    soup = Mesh(mesh.vertices[mesh.faces].reshape(-1, 3), np.arange(3 * len(mesh.faces)).reshape(-1, 3))
+    faces = np.concatenate([soup.faces, soup.faces[:5], [[0, 0, 1]]])
+    clean = welded(Mesh(soup.vertices, faces))
+    assert len(clean.vertices) == len(np.unique(np.round(mesh.vertices, 6), axis=0))
+    assert len(clean.faces) <= len(mesh.faces)
+
+
+@pytest.mark.parametrize("wrong", ["none", "all", "some"])
+def test_normals_are_turned_outward(wrong):
+    mesh = welded(ball())
+    faces = mesh.faces.copy()
+    flip = {"none": np.zeros(len(faces), bool), "all": np.ones(len(faces), bool),
+            "some": np.random.default_rng(0).random(len(faces)) < 0.3}[wrong]  # fmt: skip
+    faces[flip] = faces[flip, ::-1]
+    right = outward(Mesh(mesh.vertices, faces))
+    out = mesh.vertices - mesh.vertices.mean(axis=0)
+    assert (np.einsum("nd,nd->n", vertex_normals(right.vertices, right.faces), out) > 0).mean() > 0.98
+
+
+def test_non_manifold_edges_do_no_harm():
+    mesh = welded(ball())
+    fin = np.concatenate([mesh.vertices, mesh.vertices[[0]] + 5.0])
+    faces = np.concatenate([mesh.faces, [[*mesh.faces[0, :2], len(mesh.vertices)]]])
+    assert len(cleaned(Mesh(fin, faces)).faces) == len(faces)
+
+
+def test_hidden_skin_goes_with_what_is_shown():
+    """Everything shown moves forward by 5 mm: so does the inside of the mouth."""
+    face = load_face()
+    body = TemplateParts(face)
+    rest = face.rig.neutral.vertices[body.skin]
+    shown = body.trust[body.skin] > 0
+    moved = np.where(shown[:, None], rest + np.array([0.0, 0, 5]), rest)
+    after = carried(Template(Mesh(rest, body.skin_triangles)), moved, shown)
+    np.testing.assert_array_equal(after[shown], moved[shown])
+    assert np.abs(after - rest - np.array([0.0, 0, 5])).max() < 0.5
+
+
+def test_openings_are_hidden_and_the_face_is_shown():
+    face = load_face()
+    trust = TemplateParts(face).trust
+    assert (trust[face.regions["face"] > 0.9] > 0).mean() > 0.97
+    assert not trust[face.parts["tongue"]].any()
+    assert (trust[face.parts["skin"]] == 0).sum() > 300
+
+
+@pytest.mark.data
+@needs_model
+@pytest.mark.skipif(not (DATA / "james").is_dir(), reason="the real scans are not here")
+def test_a_real_scan_without_hints():
+    """Lids and lips of a photographed head, against landmarks that people set on it."""
+    found = register_scan(read_scan(DATA / "james" / "james.obj"))
+    groups = json.loads((DATA / "james" / "james.ljson").read_text())["groups"]
+    points = np.array(groups["LJSON"]["landmarks"]["points"])
+    ours = bundled_landmarks().attachment.points(found.mesh)
+    eyes = [33, 160, 158, 133, 153, 144, 362, 385, 387, 263, 373, 380]
+    lips = [61, 40, 37, 0, 267, 270, 291, 321, 314, 17, 84, 91, 78, 81, 13, 311, 308, 402, 14, 178]
+    theirs = found.T_face_scan.apply(points.astype(float))
+    off = np.linalg.norm(ours[eyes + lips] - theirs[[*range(17, 29), *range(48, 68)]], axis=1)
+    assert found.landmarks.unit == "mm"
+    assert off.mean() < 2.6
+    assert found.regions["face"].mean < 0.1
+    assert found.regions["face"].p95 < 0.3
