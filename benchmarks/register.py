@@ -1,0 +1,216 @@
+"""Nonrigid registration against MeshMonk 0.3.0 (PyPI); prints a table and JSON.
+
+    python benchmarks/register.py [--json out.json] [--data FOLDER] [--stage 2]
+
+MeshMonk is installed into a throw-away environment and runs in a process of its own; only the registration itself is
+timed, on both sides. Both start from the same rigidly placed template and are told nothing else. Pairs: MeshMonk's own
+template and face at about 10,000 and 40,000 vertices (skipped where the recordings are not there), and scans of the
+synthetic stage, where the true place of each vertex is known. There the last row is the whole of `mien register`, with
+its own landmarks and face model, as a user would run it.
+"""
+
+import argparse
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from mien.actor import make_performer
+from mien.actor.scanner import ScanConfig
+from mien.actor.scanner import scan as scan_actor
+from mien.actor.skin import SkinConfig, make_skin
+from mien.errors import BadInput
+from mien.faces.bundled import load_face
+from mien.faces.landmark_lift import lift_landmarks
+from mien.faces.registration import register_scan
+from mien.faces.scan_clean import cleaned
+from mien.io.meshes import read_scan
+from mien.mesh import Mesh, submesh, vertex_normals
+from mien.pictures.refine import loop_refinement
+from mien.register import Rejection, Surface, procrustes, register_surface
+
+PACKAGE = "meshmonk==0.3.0"
+DATA = Path(__file__).parents[2] / "shared" / "data" / "meshmonk"
+EXPRESSIONS = [{}, {"jawOpen": 0.6, "browInnerUp": 0.4}, {"mouthSmileLeft": 0.8, "mouthSmileRight": 0.7}]
+THERE = """
+import sys, time
+import numpy as np
+import meshmonk
+given = np.load(sys.argv[1])
+run = getattr(meshmonk, sys.argv[3])
+names = ("floating_features", "target_features", "floating_faces", "target_faces", "floating_flags", "target_flags")
+begin, cpu = time.perf_counter(), time.process_time()
+found = run(**{n: given[n] for n in names})
+seconds, cpu = time.perf_counter() - begin, time.process_time() - cpu
+np.savez(sys.argv[2], vertices=np.asarray(found.aligned_vertices, dtype=np.float64), seconds=seconds, cpu=cpu)
+"""
+
+
+def environment(folder: Path) -> Path | None:
+    """A Python with MeshMonk in it, made in `folder`; None, and why, where that does not work."""
+    uv = shutil.which("uv") or shutil.which("uv", path=str(Path(sys.executable).parent))
+    python = folder / "bin" / "python"
+    if uv:
+        steps = [[uv, "venv", "-q", str(folder)], [uv, "pip", "install", "-q", "--python", str(python), PACKAGE]]
+    else:
+        steps = [[sys.executable, "-m", "venv", str(folder)], [str(python), "-m", "pip", "install", "-q", PACKAGE]]
+    try:
+        for step in steps:
+            subprocess.run(step, check=True, capture_output=True, text=True, timeout=600)
+    except (OSError, subprocess.SubprocessError) as error:
+        print(f"skipped MeshMonk: {PACKAGE} could not be installed ({error})")
+        return None
+    return python
+
+
+def meshmonk(python: Path, function: str, template: Mesh, target: Mesh) -> dict:
+    """One registration there: vertices, wall and processor seconds."""
+    with tempfile.TemporaryDirectory() as folder:
+        given, found = Path(folder, "given.npz"), Path(folder, "found.npz")
+        np.savez(
+            given,
+            floating_features=features(template),
+            target_features=features(target),
+            floating_faces=template.faces.astype(np.int32),
+            target_faces=target.faces.astype(np.int32),
+            floating_flags=np.ones(len(template.vertices), np.float32),
+            target_flags=np.ones(len(target.vertices), np.float32),
+        )
+        subprocess.run([str(python), "-c", THERE, str(given), str(found), function], check=True, timeout=1200)
+        with np.load(found) as data:
+            return {"vertices": data["vertices"], "seconds": float(data["seconds"]), "cpu": float(data["cpu"])}
+
+
+def features(mesh: Mesh) -> np.ndarray:
+    """Positions and normals (n, 6), as MeshMonk takes them."""
+    return np.hstack([mesh.vertices, vertex_normals(mesh.vertices, mesh.faces)]).astype(np.float32)
+
+
+def ours(template: Mesh, target: Mesh) -> dict:
+    """The same registration here, set-up included."""
+    begin, cpu = time.perf_counter(), time.process_time()
+    found = register_surface(template, target)
+    return {"vertices": found.vertices, "seconds": time.perf_counter() - begin, "cpu": time.process_time() - cpu}
+
+
+def row(case: str, who: str, run: dict, template: Mesh, surface: Surface, truth=None, mask=None) -> dict:
+    """Figures of one run, printed: surface distance where the target goes on, and the error against the truth."""
+    mask = np.ones(len(template.vertices), bool) if mask is None else mask
+    pairs = surface.correspond(run["vertices"], rejection=Rejection(max_angle_deg=180.0))
+    inside = pairs.accepted & mask
+    figures = {
+        "case": case,
+        "who": who,
+        "vertices": len(template.vertices),
+        "wall_s": round(run["seconds"], 2),
+        "cpu_s": round(run["cpu"], 2),
+        "distance_mean_mm": round(float(pairs.distances[inside].mean()), 4),
+        "distance_p95_mm": round(float(np.quantile(pairs.distances[inside], 0.95)), 4),
+    }
+    if truth is not None:
+        off = np.linalg.norm(run["vertices"] - truth, axis=1)[mask]
+        figures["true_error_mean_mm"] = round(float(np.nanmean(off)), 3)
+        figures["true_error_p95_mm"] = round(float(np.nanquantile(off, 0.95)), 3)
+    values = "  ".join(f"{figures.get(name, ''):>9}" for name in COLUMNS)
+    print(f"{case:<22}{who:<22}{len(template.vertices):>8}  {values}", flush=True)
+    return figures
+
+
+COLUMNS = ("wall_s", "cpu_s", "distance_mean_mm", "distance_p95_mm", "true_error_mean_mm", "true_error_p95_mm")
+FUNCTIONS = ("nonrigid_register", "pyramid_register")
+
+
+def compare(case: str, python: Path | None, template: Mesh, target: Mesh, truth=None, mask=None) -> list[dict]:
+    """MeshMonk's two drivers and ours on one pair."""
+    surface = Surface(target)
+    runs = [(f"MeshMonk {f.split('_')[0]}", meshmonk(python, f, template, target)) for f in FUNCTIONS if python]
+    runs.append(("mien, surface alone", ours(template, target)))
+    return [row(case, who, run, template, surface, truth, mask) for who, run in runs]
+
+
+def own_pairs(python: Path | None, folder: Path) -> list[dict]:
+    """MeshMonk's template and face, at two densities."""
+    if not folder.is_dir():
+        print(f"skipped MeshMonk's own faces: no {folder}")
+        return []
+    template, target = (read_scan(folder / name).mesh for name in ("Template_10K.obj", "DemoFace_10K.obj"))
+    marks = [np.loadtxt(folder / f"{name}Landmarks.csv", delimiter=",") for name in ("Template", "DemoFace")]
+    placed = procrustes(*marks, scale=True).transform
+    template = template.with_vertices(placed.apply(template.vertices))
+    return [
+        *compare("own faces, 10k", python, template, target),
+        *compare("own faces, 40k", python, finer(template), finer(target)),
+    ]
+
+
+def finer(mesh: Mesh) -> Mesh:
+    """Four times the triangles."""
+    step = loop_refinement(mesh.faces, len(mesh.vertices))
+    return Mesh(step.matrix @ mesh.vertices, step.faces)
+
+
+def staged(python: Path | None, seeds: int) -> list[dict]:
+    """Scans of the stage: the bundled skin placed by landmarks, and the truth of each of its vertices."""
+    face, rows = load_face(), []
+    on_skin = np.isin(face.rig.neutral.faces, face.parts["skin"]).all(axis=1)
+    skin, members = submesh(face.rig.neutral, on_skin)
+    mask = face.regions["face"][members] > 0.5
+    for seed in range(1, seeds + 1):
+        actor = make_skin(make_performer(seed), SkinConfig(levels=2))
+        for k, expression in enumerate(EXPRESSIONS):
+            weights = np.array([expression.get(name, 0.0) for name in actor.names])
+            made = scan_actor(actor, weights, ScanConfig(vertices=40_000), seed=seed)
+            begin, cpu = time.perf_counter(), time.process_time()
+            try:
+                found = register_scan(made.scan)
+            except BadInput as error:
+                print(f"skipped the stage: {error}")
+                return rows
+            whole = {"seconds": time.perf_counter() - begin, "cpu": time.process_time() - cpu}
+            T = lift_landmarks(made.scan).T_face_scan
+            target = cleaned(made.scan.mesh.with_vertices(T.apply(made.scan.mesh.vertices)))
+            truth = T.apply(made.truth.bundled)[members]
+            case = f"stage {seed}, " + ("neutral", "open", "smile")[k]
+            rows += compare(case, python, skin, target, truth, mask)
+            back = T @ found.T_face_scan.inverse()
+            whole["vertices"] = back.apply(found.mesh.vertices)[members]
+            rows.append(row(case, "mien register, whole", whole, skin, Surface(target), truth, mask))
+    return rows
+
+
+def summary(rows: list[dict]) -> None:
+    """Means over the stage, one line a method."""
+    print("\nmean over the stage's scans")
+    for who in dict.fromkeys(r["who"] for r in rows if "true_error_mean_mm" in r):
+        mine = [r for r in rows if r["who"] == who and "true_error_mean_mm" in r]
+        values = "  ".join(f"{np.mean([r[name] for r in mine]):>9.3f}" for name in COLUMNS)
+        print(f"{'':<22}{who:<22}{'':>8}  {values}")
+
+
+def main() -> None:
+    """Run every pair; print and store."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--json", type=Path)
+    parser.add_argument("--data", type=Path, default=DATA)
+    parser.add_argument("--stage", type=int, default=2, help="how many actors; three scans each")
+    given = parser.parse_args()
+    print(f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f} at the start (a busy machine's times are worth less)")
+    register_surface(load_face().rig.neutral, load_face().rig.neutral)  # compiled code is loaded before the clock runs
+    names = ("wall s", "cpu s", "mean mm", "p95 mm", "true mean", "true p95")
+    print(f"{'pair':<22}{'method':<22}{'vertices':>8}  " + "  ".join(f"{name:>9}" for name in names))
+    with tempfile.TemporaryDirectory() as folder:
+        python = environment(Path(folder))
+        rows = [*own_pairs(python, given.data), *staged(python, given.stage)]
+    summary(rows)
+    if given.json:
+        given.json.write_text(json.dumps(rows, indent=1))
+
+
+if __name__ == "__main__":
+    main()
