@@ -15,6 +15,8 @@ from mien.faces import load_face
 from mien.markers.model import marker_model
 from mien.markers.pipeline import solve_take
 from mien.markers.solve import solve_frames
+from mien.markers.stabilise import stabilise
+from mien.transforms import Transform
 
 
 def solve_one(seed: int, markers: int, seconds: float, rate: float) -> dict:
@@ -45,10 +47,11 @@ def solve_one(seed: int, markers: int, seconds: float, rate: float) -> dict:
 
 
 def frame_rate(solved, markers) -> float:
-    """Frames a second of the frame solve alone, compiled and with attachments known: median of three."""
+    """Frames a second of the frame solve: compiled, attachments known, poses from `stabilise`; median of three."""
     attached = solved.attached
     model = marker_model(attached.rig, attached.attachment, attached.standoff)
-    T = solved.T_lab_face
+    back, head = attached.T_face_head.inverse(), stabilise(markers).T_world_head
+    T = head @ Transform(np.broadcast_to(back.rotation, head.rotation.shape), np.tile(back.translation, (len(head), 1)))
     times = []
     for _ in range(3):
         begin = time.perf_counter()
