@@ -1,3 +1,4 @@
+import builtins
 import os
 
 import numpy as np
@@ -127,3 +128,24 @@ def test_a_missing_model_says_what_to_run(monkeypatch, tmp_path):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     with pytest.raises(BadInput, match="mien fetch landmarks"):
         model_path()
+
+
+@pytest.mark.parametrize(
+    ("error", "advice"),
+    [
+        (ImportError("libGL.so.1: cannot open shared object file"), "apt install libgl1"),
+        (OSError("libGLESv2.so.2: cannot open shared object file"), "apt install libgles2"),
+        (ImportError("No module named 'mediapipe'"), r"mien\[landmarks\]"),
+    ],
+)
+def test_what_is_missing_is_named_with_its_cure(monkeypatch, error, advice):
+    real = builtins.__import__
+
+    def failing(name, *rest, **more):
+        if name.startswith("mediapipe"):
+            raise error
+        return real(name, *rest, **more)
+
+    monkeypatch.setattr(builtins, "__import__", failing)
+    with pytest.raises(BadInput, match=advice):
+        FaceLandmarker()

@@ -12,7 +12,7 @@ from mien.faces.landmark_model import model_path
 from mien.faces.landmarks import bundled_landmarks
 from mien.faces.registration import RegisterConfig, register_scan, registered_rig
 from mien.faces.registration_report import registration_record
-from mien.faces.scan_clean import cleaned, outward, welded
+from mien.faces.scan_clean import cleaned, outward, welded, wound_alike
 from mien.faces.template_parts import TemplateParts, carried
 from mien.io.gltf import read_rig
 from mien.io.meshes import read_scan, write_mesh
@@ -151,6 +151,24 @@ def test_normals_are_turned_outward(wrong):
     right = outward(Mesh(mesh.vertices, faces))
     out = mesh.vertices - mesh.vertices.mean(axis=0)
     assert (np.einsum("nd,nd->n", vertex_normals(right.vertices, right.faces), out) > 0).mean() > 0.98
+
+
+def test_winding_is_mended_and_texture_stays_on_its_corners():
+    mesh = load_face().rig.neutral
+    flip = np.random.default_rng(1).random(len(mesh.faces)) < 0.5
+    mixed = Mesh(
+        mesh.vertices,
+        np.where(flip[:, None], mesh.faces[:, ::-1], mesh.faces),
+        mesh.uv,
+        np.where(flip[:, None], mesh.uv_faces[:, ::-1], mesh.uv_faces),
+    )
+    mended = wound_alike(mixed)
+    right = np.sort(mended.faces, axis=1)
+    np.testing.assert_array_equal(right, np.sort(mesh.faces, axis=1))
+    at = {(int(v), int(t)) for v, t in zip(mesh.faces.ravel(), mesh.uv_faces.ravel(), strict=True)}
+    assert {(int(v), int(t)) for v, t in zip(mended.faces.ravel(), mended.uv_faces.ravel(), strict=True)} == at
+    normals, true = (vertex_normals(m.vertices, m.faces) for m in (mended, mesh))
+    np.testing.assert_allclose(np.abs(np.einsum("nd,nd->n", normals, true)), 1, atol=1e-9)
 
 
 def test_non_manifold_edges_do_no_harm():

@@ -16,6 +16,7 @@ from ..register import procrustes
 from ..transforms import Transform
 from .bundled import load_face
 from .landmarks import COUNT, FaceLandmarker, Landmarks2D, bundled_landmarks
+from .scan_clean import wound_alike
 
 UNITS_MM = {"mm": 1.0, "cm": 10.0, "in": 25.4, "dm": 100.0, "m": 1000.0}
 """Units that a scan may be in, by how many millimetres they have."""
@@ -79,6 +80,7 @@ def lift_landmarks(scan: Scan, config: LiftConfig | None = None) -> Landmarks3D:
         BadInput: no face, or more than one head.
     """
     config = config or LiftConfig()
+    scan = replace(scan, mesh=wound_alike(scan.mesh))
     with FaceLandmarker(faces=3, confidence=0.4) as landmarker:
         seen = _look(scan, _find(scan, landmarker, config), config.views, landmarker, config)
     if seen is None:

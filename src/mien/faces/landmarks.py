@@ -181,13 +181,16 @@ def _mediapipe():
     os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "2")
     try:
         from mediapipe.tasks.python import BaseOptions, vision
-    except ImportError as error:
+    except (ImportError, OSError) as error:
+        if "libGLES" in str(error) or "libEGL" in str(error):
+            raise BadInput(
+                "landmarks: MediaPipe needs the system's libGLESv2 and libEGL; on Debian or Ubuntu: "
+                "apt install libgles2 libegl1"
+            ) from error
         if "libGL" in str(error):
             raise BadInput(
                 "landmarks: OpenCV needs the system's libGL.so.1; on Debian or Ubuntu: apt install libgl1"
             ) from error
-        if "libGLES" in str(error) or "libEGL" in str(error):
-            raise BadInput("landmarks: apt install libgles2 libegl1") from error
         raise BadInput(f"landmarks: MediaPipe is missing ({error}); pip install 'mien[landmarks]'") from error
     return vision, BaseOptions
 

@@ -1,5 +1,7 @@
 """What is done to a scan before anything is fitted to it: weld, drop what is no surface, turn the right side out."""
 
+from dataclasses import replace
+
 import igl
 import numpy as np
 from jaxtyping import Float, Int
@@ -46,6 +48,15 @@ def outward(mesh: Mesh, pixels: int = 64) -> Mesh:
     most = 1.0 if votes.sum() >= 0 else -1.0
     flip = np.where(total == 0, most, total)[piece] < 0
     return Mesh(mesh.vertices, np.where(flip[:, None], faces[:, ::-1], faces))
+
+
+def wound_alike(mesh: Mesh) -> Mesh:
+    """The same mesh with neighbouring triangles wound alike; texture coordinates and colours stay where they are."""
+    faces, _ = _wound_alike(mesh.faces)
+    if mesh.uv_faces is None:
+        return replace(mesh, faces=faces)
+    corner = (faces[:, :, None] == mesh.faces[:, None, :]).argmax(axis=2)
+    return replace(mesh, faces=faces, uv_faces=np.take_along_axis(mesh.uv_faces, corner, axis=1))
 
 
 def _wound_alike(faces: Int[np.ndarray, "m 3"]) -> tuple[Int[np.ndarray, "m 3"], Int[np.ndarray, " m"]]:
