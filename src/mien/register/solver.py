@@ -27,7 +27,7 @@ def solve_vertices(
     start: Float[np.ndarray, "n 3"],
     damping: float = 1e-6,
     factor_up_to: int = 8000,
-    iterations: int = 60,
+    iterations: int = 30,
     tolerance: float = 1e-3,
 ) -> SolveResult:
     """Minimise the sum of the terms from `start` (n, 3).
