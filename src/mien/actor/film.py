@@ -13,6 +13,7 @@ from ..io.rgbd import RgbdTake
 from ..mesh import Mesh, face_normals
 from ..pictures.raycast import DepthImage, depth_image
 from ..pictures.render import Look, Renderer
+from ..pictures.show import side_by_side
 from ..transforms import Transform, rotation_from_vector
 from .mocap import HeadMotion, head_motion
 from .performer import Performer
@@ -98,9 +99,8 @@ class _Stage:
         self._brightness = self._scene.colors[self._scene.faces[:, 0]].mean(axis=1)
 
     def frames(self) -> Iterator[RGBDFrame]:
-        """Frame after frame."""
-        for i in range(len(self.weights)):
-            yield self.frame(i)
+        """Frame after frame, made side by side on all cores."""
+        yield from side_by_side(self.frame, range(len(self.weights)))
 
     def frame(self, i: int) -> RGBDFrame:
         """One frame; its noise is its own, the same at every walk."""

@@ -12,6 +12,7 @@ from ..camera import Camera
 from ..depth import RGBDFrame
 from ..errors import BadInput
 from ..files import existing, whole
+from ..progress import SILENT, Progress
 
 VIDEO_SUFFIXES = (".mp4", ".mov", ".avi", ".mkv", ".webm")
 
@@ -78,7 +79,9 @@ def read_rgbd(
     return take if rate is None else replace(take, rate=rate)
 
 
-def write_rgbd(folder: str | Path, take: RgbdTake, depth_scale: float = 1000.0) -> None:
+def write_rgbd(
+    folder: str | Path, take: RgbdTake, depth_scale: float = 1000.0, progress: Progress = SILENT
+) -> None:
     """Write the folder form: color/, depth/ (16-bit PNG), camera_intrinsic.json, take.json, timestamps.csv.
 
     Raises:
@@ -102,6 +105,7 @@ def write_rgbd(folder: str | Path, take: RgbdTake, depth_scale: float = 1000.0) 
             values = np.round(units).astype(np.uint16)
             Image.fromarray(values).save(folder / "depth" / f"{i:06d}.png", compress_level=1)
         times.append(frame.time)
+        progress.update("writing the take", i + 1, take.count)
     with whole(folder / "timestamps.csv") as temporary:
         temporary.write_text("frame,seconds\n" + "".join(f"{i},{t:.6f}\n" for i, t in enumerate(times)))
 
