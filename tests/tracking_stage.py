@@ -64,7 +64,7 @@ def told(rig: Rig, weights, T: Transform, noise=0.0, seed=0) -> Landmarks2D:
     points = T.apply(landmarks().attachment.points(rig.mesh(weights)))
     pixels = CAMERA.project(points) + np.random.default_rng(seed).normal(0, 1, (COUNT, 2)) * noise
     rough = (points[:, 2] - points[:, 2].mean()) * CAMERA.fx / points[:, 2].mean()
-    return Landmarks2D(pixels, rough, dict.fromkeys(rig.names, 0.0))
+    return Landmarks2D(pixels, rough, dict(zip(rig.names, np.asarray(weights, float).tolist(), strict=True)))
 
 
 @dataclass(frozen=True)

@@ -74,45 +74,6 @@ def turned(rotation, translation, motion, centre):
 
 @no_type_check
 @numba.njit(cache=True, nogil=True, fastmath=MATHS, error_model="numpy")
-def plane_rows(basis, rotation, points, found, plane, weight, centre, scale):
-    """Rows of the point-to-plane term (Li et al. 2013, eq. 1) and of a small turn and shift of the head.
-
-    Args:
-        basis: (n, 3, k) float32, the shapes in face space.
-        rotation: (3, 3) float64, camera from face.
-        points, found, plane: (n, 3) float32, camera space, as `icp.correspond` gives; weight (n,) float32.
-        centre: (3,) float64, what the head turns about.
-        scale: mm; rows with larger residuals lose weight as 1 / (1 + (r / scale)^2)^2.
-
-    Returns:
-        rows (m, k + 6) float32 and right-hand side (m,) float32, both times the root of the weight; m rows are kept.
-    """
-    n, _, k = basis.shape
-    rows, right = np.empty((n, k + 6), np.float32), np.empty(n, np.float32)
-    R = rotation.astype(np.float32)
-    m = 0
-    for i in range(n):
-        if weight[i] <= 0:
-            continue
-        nx, ny, nz = plane[i, 0], plane[i, 1], plane[i, 2]
-        r = nx * (found[i, 0] - points[i, 0]) + ny * (found[i, 1] - points[i, 1]) + nz * (found[i, 2] - points[i, 2])
-        root = np.float32(np.sqrt(weight[i]) / (1 + (r / scale) ** 2))
-        fx = root * (R[0, 0] * nx + R[1, 0] * ny + R[2, 0] * nz)
-        fy = root * (R[0, 1] * nx + R[1, 1] * ny + R[2, 1] * nz)
-        fz = root * (R[0, 2] * nx + R[1, 2] * ny + R[2, 2] * nz)
-        row, shapes = rows[m], basis[i]
-        for c in range(k):
-            row[c] = fx * shapes[0, c] + fy * shapes[1, c] + fz * shapes[2, c]
-        x, y, z = points[i, 0] - centre[0], points[i, 1] - centre[1], points[i, 2] - centre[2]
-        row[k], row[k + 1], row[k + 2] = root * (y * nz - z * ny), root * (z * nx - x * nz), root * (x * ny - y * nx)
-        row[k + 3], row[k + 4], row[k + 5] = root * nx, root * ny, root * nz
-        right[m] = root * r
-        m += 1
-    return rows[:m], right[:m]
-
-
-@no_type_check
-@numba.njit(cache=True, nogil=True, fastmath=MATHS, error_model="numpy")
 def normal_equations(rows, right):
     """rows' rows (c, c) and rows' right (c,), float32, for tall float32 rows (m, c).
 
@@ -151,30 +112,62 @@ def normal_equations(rows, right):
 
 @no_type_check
 @numba.njit(cache=True, nogil=True, fastmath=MATHS, error_model="numpy")
-def solve_factored(starts, indices, values, pivots, order, right):
-    """Solve P' L D L' P x = right for the columns of `right` (n, 3) float64 at once; L unit lower, without diagonal.
+def solve_factored(starts, indices, values, inverse, order, right):
+    """Solve P' L D L' P x = right for the columns of `right` (n, 3) at once, float32; L unit lower, without diagonal.
 
-    starts (n + 1,), indices, values: L by columns; pivots (n,): D; order (n,): row i of P right is right[order[i]].
+    starts (n + 1,), indices, values: L by columns; inverse (n,): of D; order (n,): row i of P right is right[order[i]].
+    Rows are kept four wide, the width of a machine word of floats; unsigned indices spare the check for negative ones.
     """
-    n = pivots.size
-    y = np.empty((n, 3))
+    n = inverse.size
+    four, one, two, three = np.uint64(4), np.uint64(1), np.uint64(2), np.uint64(3)
+    y = np.zeros(4 * n, np.float32)
     for i in range(n):
-        y[i, 0], y[i, 1], y[i, 2] = right[order[i], 0], right[order[i], 1], right[order[i], 2]
+        y[4 * i], y[4 * i + 1], y[4 * i + 2] = right[order[i], 0], right[order[i], 1], right[order[i], 2]
     for j in range(n):
-        a, b, c = y[j, 0], y[j, 1], y[j, 2]
+        a, b, c, d = y[4 * j], y[4 * j + 1], y[4 * j + 2], y[4 * j + 3]
         for p in range(starts[j], starts[j + 1]):
-            i, value = indices[p], values[p]
-            y[i, 0] -= value * a
-            y[i, 1] -= value * b
-            y[i, 2] -= value * c
-    out = np.empty((n, 3))
+            i, value = four * indices[p], values[p]
+            y[i] -= value * a
+            y[i + one] -= value * b
+            y[i + two] -= value * c
+            y[i + three] -= value * d
+    out = np.empty((n, 3), np.float32)
     for j in range(n - 1, -1, -1):
-        a, b, c = y[j, 0] / pivots[j], y[j, 1] / pivots[j], y[j, 2] / pivots[j]
+        by = inverse[j]
+        a, b, c, d = y[4 * j] * by, y[4 * j + 1] * by, y[4 * j + 2] * by, y[4 * j + 3] * by
         for p in range(starts[j], starts[j + 1]):
-            i, value = indices[p], values[p]
-            a -= value * y[i, 0]
-            b -= value * y[i, 1]
-            c -= value * y[i, 2]
-        y[j, 0], y[j, 1], y[j, 2] = a, b, c
+            i, value = four * indices[p], values[p]
+            a -= value * y[i]
+            b -= value * y[i + one]
+            c -= value * y[i + two]
+            d -= value * y[i + three]
+        y[4 * j], y[4 * j + 1], y[4 * j + 2], y[4 * j + 3] = a, b, c, d
         out[order[j], 0], out[order[j], 1], out[order[j], 2] = a, b, c
     return out
+
+
+@no_type_check
+@numba.njit(cache=True, nogil=True, fastmath=MATHS, error_model="numpy")
+def plane_offsets(points, found, plane, weight, rotation):
+    """From each vertex to the foot on its depth pixel's plane, in face space (n, 3) float32; 0 where weight is 0."""
+    out = np.zeros_like(points)
+    R = rotation.astype(np.float32)
+    for i in range(points.shape[0]):
+        if weight[i] > 0:
+            nx, ny, nz = plane[i, 0], plane[i, 1], plane[i, 2]
+            r = nx * (found[i, 0] - points[i, 0]) + ny * (found[i, 1] - points[i, 1])
+            r += nz * (found[i, 2] - points[i, 2])
+            for d in range(3):
+                out[i, d] = r * (nx * R[0, d] + ny * R[1, d] + nz * R[2, d])
+    return out
+
+
+@no_type_check
+@numba.njit(cache=True, nogil=True, fastmath=MATHS, error_model="numpy")
+def mean_square(share, displacement):
+    """Sum of share (n,) times the squared length of displacement (n, 3), float32."""
+    total = np.float32(0)
+    for i in range(share.size):
+        x, y, z = displacement[i, 0], displacement[i, 1], displacement[i, 2]
+        total += share[i] * (x * x + y * y + z * z)
+    return total

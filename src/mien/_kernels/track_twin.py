@@ -26,26 +26,27 @@ def turned(rotation, translation, motion, centre):
     return turn @ rotation, turn @ (translation - centre) + centre + motion[3:]
 
 
-def plane_rows(basis, rotation, points, found, plane, weight, centre, scale):
-    """Rows of the point-to-plane term (Li et al. 2013, eq. 1) and of a small turn and shift: rows, right-hand side."""
-    keep = weight > 0
-    n, p = plane[keep].astype(float), points[keep].astype(float)
-    r = (n * (found[keep] - p)).sum(1)
-    root = np.sqrt(weight[keep]) / (1 + (r / scale) ** 2)
-    shapes = np.einsum("id,idk->ik", n @ rotation, basis[keep])
-    return root[:, None] * np.concatenate([shapes, np.cross(p - centre, n), n], 1), root * r
-
-
 def normal_equations(rows, right):
     """rows' rows (c, c) and rows' right (c,)."""
     return rows.T @ rows, rows.T @ right
 
 
-def solve_factored(starts, indices, values, pivots, order, right):
+def solve_factored(starts, indices, values, inverse, order, right):
     """Solve P' L D L' P x = right for the columns of `right` (n, 3)."""
-    n = len(pivots)
-    L = (sp.csc_matrix((values, indices, starts), shape=(n, n)) + sp.identity(n)).tocsr()
-    y = spsolve_triangular(L, right[order], lower=True) / pivots[:, None]
+    n = len(inverse)
+    L = (sp.csc_matrix((values.astype(float), indices, starts.astype(int)), shape=(n, n)) + sp.identity(n)).tocsr()
+    y = spsolve_triangular(L, right[order], lower=True) * inverse[:, None]
     out = np.empty_like(right)
     out[order] = spsolve_triangular(L.T.tocsr(), y, lower=False)
     return out
+
+
+def plane_offsets(points, found, plane, weight, rotation):
+    """From each vertex to the foot on its depth pixel's plane, in face space (n, 3); 0 where weight is 0."""
+    gap = ((found - points) * plane).sum(1, keepdims=True)
+    return np.where(weight[:, None] > 0, (gap * plane) @ rotation, 0)
+
+
+def mean_square(share, displacement):
+    """Sum of share (n,) times the squared length of displacement (n, 3)."""
+    return share @ (displacement**2).sum(1)

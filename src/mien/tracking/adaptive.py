@@ -21,13 +21,15 @@ import scipy.sparse as sp
 from jaxtyping import Float, Float32
 from scipy.sparse.linalg import splu
 
-from .._kernels import track
+from .._kernels import mix, track
 from ..mesh import cotangent_laplacian
 from ..transforms import Transform
 from .features import FEATURES
 from .model import TrackingModel
 from .observe import Sighting
 from .rigid import Correspondences
+
+IDS = np.array(FEATURES)
 
 
 @dataclass(frozen=True)
@@ -51,7 +53,7 @@ class DeformConfig:
 
 
 class Factored:
-    """L D L' of a symmetric positive definite sparse matrix, for three right-hand sides at once."""
+    """L D L' of a symmetric positive definite sparse matrix in float32, for three right-hand sides at once."""
 
     def __init__(self, matrix: sp.spmatrix):
         options = {"SymmetricMode": True}
@@ -60,13 +62,15 @@ class Factored:
             raise ValueError("matrix: expected a symmetric positive definite one, got one that needs pivoting")
         below = sp.tril(lu.L, -1).tocsc()
         below.sort_indices()
-        self._starts, self._indices = below.indptr.astype(np.int32), below.indices.astype(np.int32)
-        self._values, self._pivots = below.data, lu.U.diagonal()
-        self._order = np.argsort(lu.perm_c).astype(np.int32)
+        self._starts, self._indices = below.indptr.astype(np.uint64), below.indices.astype(np.uint32)
+        self._values, self._inverse = below.data.astype(np.float32), (1 / lu.U.diagonal()).astype(np.float32)
+        self._order = np.argsort(lu.perm_c).astype(np.uint32)
 
-    def solve(self, right: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
+    def solve(self, right: Float[np.ndarray, "n 3"]) -> Float32[np.ndarray, "n 3"]:
         """x with matrix @ x = right."""
-        return track.solve_factored(self._starts, self._indices, self._values, self._pivots, self._order, right)
+        return track.solve_factored(
+            self._starts, self._indices, self._values, self._inverse, self._order, right.astype(np.float32)
+        )
 
 
 class LaplacianDeformation:
@@ -75,13 +79,16 @@ class LaplacianDeformation:
     def __init__(self, model: TrackingModel, config: DeformConfig = DeformConfig()):
         self.model, self.config = model, config
         self._inner = np.flatnonzero(~model.rim)
-        self._area = (model.share * len(model.share))[self._inner, None].astype(np.float64)
+        area = (model.share * len(model.share))[self._inner, None].astype(np.float64)
         self._picks = model.picks[:, self._inner].tocsr()
         smooth = _smoothness(model)[self._inner][:, self._inner]
         seen = self._picks.T @ self._picks
-        identity = sp.diags(self._area[:, 0])
+        identity = sp.diags(area[:, 0])
         w1, w2 = config.w1**2, config.w2**2
         self._factor = Factored(config.features * seen + w1 * identity + w2 * config.length**4 * smooth)
+        self._area = (w1 * area).astype(np.float32)
+        self._touched = np.flatnonzero(np.diff(self._picks.tocsc().indptr))
+        self._spread = (config.features * self._picks.T[self._touched].toarray()).astype(np.float32)
         self._response = self._feature_response(config, seen, smooth)
 
     def _feature_response(self, config, seen, smooth) -> Float32[np.ndarray, "f 40"]:
@@ -94,11 +101,11 @@ class LaplacianDeformation:
 
     def with_depth(
         self, offsets: Float[np.ndarray, "f 3"], features: Float[np.ndarray, "40 3"]
-    ) -> Float[np.ndarray, "f 3"]:
+    ) -> Float32[np.ndarray, "f 3"]:
         """Displacements (mm) for wanted `offsets` p - v of all vertices (0 where unseen) and q - v of the features."""
-        c = self.config
-        right = c.w1**2 * self._area * offsets[self._inner] + c.features * (self._picks.T @ features)
-        moved = np.zeros(offsets.shape)
+        right = self._area * offsets[self._inner]
+        right[self._touched] += self._spread @ features
+        moved = np.zeros(offsets.shape, np.float32)
         moved[self._inner] = self._factor.solve(right)
         return moved
 
@@ -117,14 +124,13 @@ def _smoothness(model: TrackingModel) -> sp.csc_matrix:
     return (C @ sp.diags(len(area) / (area * total)) @ C).tocsc()
 
 
-def depth_offsets(match: Correspondences, T_camera_face: Transform) -> Float[np.ndarray, "f 3"]:
+def depth_offsets(match: Correspondences, T_camera_face: Transform) -> Float32[np.ndarray, "f 3"]:
     """p - v in face space, mm, 0 where nothing corresponds (eq. 3).
 
     p is the foot of v on the tangent plane of its depth pixel: the pixel itself would pull along the line of sight,
     which on the sides of the face is mostly sideways.
     """
-    gap = ((match.found - match.points) * match.plane).sum(1, keepdims=True)
-    return (gap * match.plane) @ T_camera_face.rotation
+    return track.plane_offsets(match.points, match.found, match.plane, match.weight, T_camera_face.rotation)
 
 
 def feature_offsets(
@@ -141,14 +147,14 @@ def feature_offsets(
     """
     if sighting.sight is None:
         return np.zeros((len(FEATURES), 3))
-    sight = sighting.sight[list(FEATURES)]
-    points = T_camera_face.apply(model.picks @ vertices.astype(np.float64))
+    sight = sighting.sight[IDS]
+    points = T_camera_face.apply(model.features(vertices))
     z = points[:, 2]
     if use_depth and sighting.depth is not None:
         seen = _depth_at(sighting.depth, sighting, sight)
         z = np.where(np.abs(seen - z) < reach / 2, seen, z)
     wanted = np.column_stack([sight * z[:, None], z]) - points
-    wanted[np.linalg.norm(wanted, axis=1) > reach] = 0
+    wanted[(wanted**2).sum(1) > reach**2] = 0
     return wanted @ T_camera_face.rotation
 
 
@@ -156,24 +162,24 @@ def _depth_at(depth: np.ndarray, sighting: Sighting, sight: np.ndarray) -> np.nd
     """Depth (mm) on lines of sight; 0 where there is none."""
     fx, fy, cx, cy = sighting.intrinsics
     h, w = depth.shape
-    u, v = np.round(sight[:, 0] * fx + cx).astype(int), np.round(sight[:, 1] * fy + cy).astype(int)
+    u, v = np.rint(sight * [fx, fy] + [cx, cy]).astype(int).T
     inside = (u >= 0) & (v >= 0) & (u < w) & (v < h)
-    return np.where(inside, depth[np.clip(v, 0, h - 1), np.clip(u, 0, w - 1)], 0)
+    return np.where(inside, depth[v * inside, u * inside], 0)
 
 
 @dataclass(frozen=True)
 class Subspace:
     """Shapes of the front, orthonormal when every vertex counts by its share of the area."""
 
-    shapes: Float32[np.ndarray, "coordinates a"]
-    """U, 3f rows: displacements; U' D U = I with D the shares."""
-    duals: Float32[np.ndarray, "coordinates a"]
-    """D U: coefficients are `duals.T @ displacement`."""
+    shapes: Float32[np.ndarray, "a coordinates"]
+    """U', displacements of the f vertices in rows of 3f; U' D U = I with D the shares."""
+    duals: Float32[np.ndarray, "a coordinates"]
+    """U' D: coefficients are `duals @ displacement`."""
 
-    def project(self, displacement: Float[np.ndarray, "f 3"]) -> Float32[np.ndarray, "f 3"]:
+    def project(self, displacement: Float32[np.ndarray, "f 3"]) -> Float32[np.ndarray, "f 3"]:
         """M M' (v - b0), the nearest displacement in the span, in mean square over the area."""
-        flat = displacement.astype(np.float32).ravel()
-        return (self.shapes @ (self.duals.T @ flat)).reshape(displacement.shape)
+        coefficients = mix.products(self.duals, displacement.ravel()).astype(np.float32)
+        return mix.combine(self.shapes, coefficients[:, None]).reshape(displacement.shape)
 
 
 def anchor_space(model: TrackingModel, least: float = 0.01) -> Subspace:
@@ -184,12 +190,12 @@ def anchor_space(model: TrackingModel, least: float = 0.01) -> Subspace:
     root = np.repeat(np.sqrt(model.share.astype(np.float64)), 3)[:, None]
     flat = model.basis.reshape(-1, model.shapes)
     U, size, _ = np.linalg.svd(root * flat, full_matrices=False)
-    return weighted_subspace(model, U[:, size > least])
+    return weighted_subspace(model, U[:, size > least].T)
 
 
-def weighted_subspace(model: TrackingModel, orthonormal: Float[np.ndarray, "coordinates a"]) -> Subspace:
-    """From plainly orthonormal columns in coordinates times the root of the share."""
-    root = np.repeat(np.sqrt(np.maximum(model.share, 1e-12)), 3)[:, None]
+def weighted_subspace(model: TrackingModel, orthonormal: Float[np.ndarray, "a coordinates"]) -> Subspace:
+    """From plainly orthonormal rows in coordinates times the root of the share."""
+    root = np.repeat(np.sqrt(np.maximum(model.share, 1e-12)), 3)
     return Subspace(
         np.ascontiguousarray(orthonormal / root, np.float32), np.ascontiguousarray(orthonormal * root, np.float32)
     )

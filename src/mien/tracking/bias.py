@@ -5,6 +5,9 @@ or two, the same way each time. Recursive least squares keep, for each of the 40
 through the offsets between where it was seen and where the tracked face had it. The features share one 3 x 3 system,
 so that an update costs microseconds; old offsets are forgotten slowly, and before anything is learnt the correction is
 zero.
+
+Its expression scores have standing errors too: a calm face may score 0.4 at eyeSquint. Since a face comes to rest now
+and then, the least score of the last while is taken for rest (`Floor`).
 """
 
 from dataclasses import dataclass
@@ -30,6 +33,8 @@ class BiasConfig:
     """Radians of yaw or pitch that count like the constant part."""
     largest: float = 8.0
     """Offsets above this are not learnt from, mm."""
+    rise: float = 0.002
+    """By how much the floor of the scores climbs a frame, until a lower score sets it down; 1 = no floor."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +80,7 @@ def learn(
     """Compare the features as seen (`raw`) with the tracked face, the offset common to all left out."""
     if raw.sight is None or not config.memory:
         return bias
-    points = T_camera_face.apply(model.picks @ vertices.astype(np.float64))
+    points = T_camera_face.apply(model.features(vertices))
     offsets = raw.sight[list(FEATURES)] * points[:, 2:] - points[:, :2]
     offsets -= np.median(offsets, axis=0)
     turn = _turn(T_camera_face, config)
@@ -95,3 +100,17 @@ def _turn(T_camera_face: Transform, config: BiasConfig) -> Float[np.ndarray, " 3
     """1, pitch, yaw: from where the face's z axis points."""
     x, y, z = T_camera_face.rotation[:, 2]
     return np.array([1.0, np.arcsin(np.clip(y, -1, 1)) / config.turn, np.arctan2(x, -z) / config.turn])
+
+
+def floor_of(
+    floor: Float[np.ndarray, " k"], scores: Float[np.ndarray, " k"], config: BiasConfig
+) -> Float[np.ndarray, " k"]:
+    """The least score of the last while, of each shape; NaN scores change nothing."""
+    if config.rise >= 1:
+        return np.zeros_like(floor)
+    return np.fmin(np.minimum(floor + config.rise, 1.0), scores)
+
+
+def above(scores: Float[np.ndarray, " k"], floor: Float[np.ndarray, " k"]) -> Float[np.ndarray, " k"]:
+    """Scores as they would be had the face scored 0 at rest; NaN where there is none."""
+    return (scores - floor) / np.maximum(1.0 - floor, 0.2)

@@ -1,7 +1,8 @@
 """The fit of the initial blendshapes (Li et al. 2013, sec. 4.2): one function a term, one box-constrained solve.
 
-Every term returns rows J and a right-hand side r, both times the root of its weight: J @ z should be r, where z is the
-change of the k coefficients, then a turn of the head (in 1/100 rad about the front's centre) and a shift (mm).
+A term is rows J and a right-hand side r, both times the root of its weight: J @ z should be r, where z is the change of
+the k coefficients, then a turn of the head (in 1/100 rad about the front's centre) and a shift (mm). Feature terms
+return them; the depth term, of thousands of rows, returns their normal equations J'J and J'r at once.
 
 Units. The paper's w = 5e-5 weighs squared c_F, which carries the focal length: with its Kinect (f = 525 pixels) that is
 w f^2 = 13.8 on the plane z = 1, where c_F is in millimetres at the face: one feature counts like 14 depth points,
@@ -13,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float, Int
 
-from .._kernels import icp, track
+from .._kernels import icp, track, track_fit
 from ..transforms import Transform
 from .features import FEATURES, LIDS, LIPS
 from .model import POINTS, TrackingModel
@@ -23,6 +24,8 @@ from .rigid import LEVER, Correspondences, RigidConfig, correspond, moved
 
 Rows = tuple[np.ndarray, np.ndarray]
 """J (rows, k + 6) and r (rows,), weighted."""
+System = tuple[np.ndarray, np.ndarray]
+"""J'J (k + 6, k + 6) and J'r (k + 6,)."""
 
 
 @dataclass(frozen=True)
@@ -45,10 +48,10 @@ class FitConfig:
     """Weight of each coefficient's absolute value: prefers few shapes."""
     still: float = 20.0
     """Weight of the squared change since the last frame."""
-    scores: float = 0.0
-    """Weight of the squared distance to the landmarker's own scores; for what depth cannot see it is more."""
-    gaze: float = 60.0
-    """The same for gaze shapes, which move nothing that depth could see."""
+    scores: float = 1000.0
+    """Weight of the squared distance to the landmarker's own scores, of the shapes that it tells well."""
+    gaze: float = 1000.0
+    """The same for gaze to the side, which moves nothing that depth could see."""
     relative: bool = True
     """Beside depth, let features speak of one another's places alone, not of the head's: their errors have much in
     common, and depth knows better where the head is. False = the paper's."""
@@ -81,34 +84,30 @@ def fit_blendshapes(
     rigid: RigidConfig = RigidConfig(),
 ) -> FitResult:
     """Alternate correspondences and box-constrained solves, from the last frame's weights and this frame's pose."""
-    x, before, error, covered = weights, weights, np.nan, 0.0
-    ids = _landmarks_used(model, sighting)
+    x, error, covered = weights, np.nan, 0.0
+    said = sighting.said
+    normals = track.vertex_normals(model.blend(x), model.faces)
     for _ in range(config.rounds):
-        terms, centre = [], T_camera_face.apply(model.centre[None])[0]
+        centre = T_camera_face.apply(model.centre[None])[0]
+        A, b = normal_equations(_feature_rows(model, sighting, x, T_camera_face, centre, config), model.shapes)
         if sighting.depth is not None:
-            match = correspond(model.blend(x), model.faces, T_camera_face, sighting, rigid)
-            terms.append(depth_term(model, match, T_camera_face, centre, config))
-            error, covered = plane_error(match), float(model.share[match.weight > 0].sum())
-        if sighting.sight is not None and config.features:
-            seen = feature_term(model, ids, sighting.sight[ids], x, T_camera_face, centre, config)
-            terms.append(without_head(*seen) if config.relative and sighting.depth is not None else seen)
-            if config.gaps:
-                terms.append(gap_term(model, sighting.sight, x, T_camera_face, centre, config))
-        A, b = normal_equations(terms, model.shapes)
-        _add_priors(A, b, model, x, before, sighting.scores, config)
+            match = correspond(model.blend(x), normals, T_camera_face, sighting, rigid)
+            (gram, product), error, covered = depth_term(model, match, T_camera_face, centre, config)
+            A, b = A + gram, b + product
+        _add_priors(A, b, x, weights, said, model, config)
         change = _solve(A, b, x, config.pose)
         x = np.clip(x + change[: model.shapes], 0.0, 1.0)
         motion = change[model.shapes :].copy()
         motion[:3] /= LEVER
         T_camera_face = moved(T_camera_face, motion, centre)
         if sighting.depth is not None and config.settle:
-            T_camera_face = settle(model, x, T_camera_face, sighting, config, rigid)
+            T_camera_face = settle(model, model.blend(x), normals, T_camera_face, sighting, config, rigid)
     return FitResult(x, T_camera_face, error, covered)
 
 
-def settle(model, x, T_camera_face, sighting, config, rigid) -> Transform:
+def settle(model: TrackingModel, vertices, normals, T_camera_face, sighting, config: FitConfig, rigid) -> Transform:
     """One ICP step of the fitted face, measured on the vertices that expressions move least."""
-    match = correspond(model.blend(x), model.faces, T_camera_face, sighting, rigid)
+    match = correspond(vertices, normals, T_camera_face, sighting, rigid)
     centre = T_camera_face.apply(model.centre[None])[0]
     weight = match.weight * model.steady
     A, b, _, _ = icp.rigid_system(match.points, match.found, match.plane, weight, centre, config.settle)
@@ -121,14 +120,30 @@ def depth_term(
     T_camera_face: Transform,
     centre: Float[np.ndarray, " 3"],
     config: FitConfig,
-) -> Rows:
-    """Point-to-plane, eq. 1: n' (v1(x) - p) = 0 for every vertex that corresponds."""
-    rows, right = track.plane_rows(
-        model.basis, T_camera_face.rotation, match.points, match.found, match.plane,
-        match.weight * (model.share * np.float32(POINTS)), centre, config.soft,
+) -> tuple[System, float, float]:
+    """Point-to-plane, eq. 1: n' (v1(x) - p) = 0 for every vertex that corresponds.
+
+    Returns the normal equations, the mean distance (mm; NaN where nothing corresponds) and the area's share that does.
+    """
+    blocks = model.blocks
+    A, b, error, covered = track_fit.plane_system(
+        blocks.order, blocks.columns, blocks.values, model.shapes, T_camera_face.rotation,
+        match.points, match.found, match.plane, match.weight, model.share * np.float32(POINTS),
+        centre, config.soft, LEVER,
     )  # fmt: skip
-    rows[:, -6:-3] /= np.float32(LEVER)
-    return rows, right
+    return (A, b), error if covered else np.nan, covered / POINTS
+
+
+def _feature_rows(model, sighting: Sighting, x, T_camera_face, centre, config: FitConfig) -> list[Rows]:
+    """The terms of the features."""
+    if sighting.sight is None or not config.features:
+        return []
+    ids = _landmarks_used(model, sighting)
+    seen = feature_term(model, ids, sighting.sight[ids], x, T_camera_face, centre, config)
+    terms = [without_head(*seen) if config.relative and sighting.depth is not None else seen]
+    if config.gaps:
+        terms.append(gap_term(model, sighting.sight, x, T_camera_face, centre, config))
+    return terms
 
 
 def feature_term(
@@ -145,12 +160,9 @@ def feature_term(
     More than 40 landmarks share the weight of 40.
     """
     J, points = landmark_rows(model, ids, weights, T_camera_face, centre)
-    H = np.zeros((len(ids), 2, 3))
-    H[:, 0, 0] = H[:, 1, 1] = 1.0
-    H[:, :, 2] = -sight
-    right = -np.einsum("jab,jb->ja", H, points)
+    right = sight * points[:, 2:] - points[:, :2]
     root = np.sqrt(config.features * len(FEATURES) / max(len(ids), 1)) / (1 + (right**2).sum(1) / config.soft**2)
-    rows = np.einsum("jab,jbc->jac", H * root[:, None, None], J)
+    rows = (J[:, :2] - sight[:, :, None] * J[:, 2:]) * root[:, None, None]
     return rows.reshape(-1, J.shape[2]), (right * root[:, None]).ravel()
 
 
@@ -189,18 +201,10 @@ def landmark_rows(
     centre: Float[np.ndarray, " 3"],
 ) -> tuple[Float[np.ndarray, "j 3 c"], Float[np.ndarray, "j 3"]]:
     """Landmarks in camera space (mm) and their derivatives by the k coefficients, turn and shift (c = k + 6)."""
-    R, basis = T_camera_face.rotation, model.landmark_basis[ids]
-    points = T_camera_face.apply(model.landmark_neutral[ids] + basis @ weights)
-    arm = (points - centre) / LEVER
-    J = np.zeros((len(ids), 3, model.shapes + 6))
-    J[:, :, : model.shapes] = R @ basis
-    x, y, z = arm.T
-    k = model.shapes
-    J[:, 0, k + 1], J[:, 0, k + 2] = z, -y
-    J[:, 1, k], J[:, 1, k + 2] = -z, x
-    J[:, 2, k], J[:, 2, k + 1] = y, -x
-    J[:, 0, k + 3] = J[:, 1, k + 4] = J[:, 2, k + 5] = 1.0
-    return J, points
+    return track_fit.landmark_rows(
+        model.landmark_neutral[ids], model.landmark_basis[ids], weights, T_camera_face.rotation,
+        T_camera_face.translation, centre, LEVER,
+    )  # fmt: skip
 
 
 def normal_equations(terms: list[Rows], shapes: int) -> tuple[Float[np.ndarray, "c c"], Float[np.ndarray, " c"]]:
@@ -213,14 +217,6 @@ def normal_equations(terms: list[Rows], shapes: int) -> tuple[Float[np.ndarray, 
     return A, b
 
 
-def plane_error(match: Correspondences) -> float:
-    """Mean point-to-plane distance of what corresponds, mm; NaN where nothing does."""
-    kept = match.weight > 0
-    if not kept.any():
-        return float("nan")
-    return float(np.abs(((match.points - match.found) * match.plane).sum(1)[kept]).mean())
-
-
 def _landmarks_used(model: TrackingModel, sighting: Sighting) -> np.ndarray:
     """The 40 features beside depth; without depth all the landmarks that are known."""
     if sighting.depth is not None:
@@ -228,16 +224,15 @@ def _landmarks_used(model: TrackingModel, sighting: Sighting) -> np.ndarray:
     return np.flatnonzero(model.landmarks.known)
 
 
-def _add_priors(A, b, model, x, before, scores, config) -> None:
+def _add_priors(A, b, x, before, said, model: TrackingModel, config: FitConfig) -> None:
     """Ridge, sparsity, stillness and the landmarker's scores, added in place to the coefficients' equations."""
-    k = model.shapes
+    k = len(x)
     diagonal = np.full(k, config.ridge + config.still)
     b[:k] += config.still * before - diagonal * x - config.sparse / 2
-    if scores is not None:
-        said = np.array([scores.get(name, np.nan) for name in model.rig.names])
-        trust = np.where(model.gaze, config.gaze, config.scores) * np.isfinite(said)
+    if said is not None:
+        trust = np.where(model.gaze, config.gaze, np.where(model.told, config.scores, 0.0)) * np.isfinite(said)
         b[:k] += trust * (np.nan_to_num(said) - x)
-        diagonal = diagonal + trust
+        diagonal += trust
     A[np.arange(k), np.arange(k)] += diagonal
 
 

@@ -10,10 +10,15 @@ from scipy.sparse.csgraph import connected_components
 from ..errors import BadInput
 from ..mesh import Mesh, adjacency, boundary_vertices, mass, vertex_normals
 from ..rig import Rig
+from .blocks import ShapeBlocks, pack
 from .features import FEATURES, LandmarkMap, skin_faces
 
 POINTS = 3480.0
 """What the depth term weighs in all, in vertices: the frontal vertices of the paper's mesh, whatever ours has."""
+
+TOLD = ("mouthSmile", "eyeBlink")
+"""Shapes that MediaPipe scores well. It hardly ever scores cheeks, nose, jaw to the side or rolled lips, and its brows,
+squints and puckers wander from face to face."""
 
 
 @dataclass(frozen=True)
@@ -30,6 +35,8 @@ class TrackingModel:
     """b0 of the front, face space, mm."""
     basis: Float32[np.ndarray, "f 3 k"]
     """B of the front."""
+    blocks: ShapeBlocks
+    """The same, packed."""
     share: Float32[np.ndarray, " f"]
     """Each vertex's share of the front's area; they add up to 1, so that sums mean the same for any mesh."""
     rim: Bool[np.ndarray, " f"]
@@ -38,6 +45,8 @@ class TrackingModel:
     """0 on the rim, 1 from three edges inwards."""
     picks: sp.csr_matrix
     """E (40, f): the features from the front's vertices."""
+    corners: tuple[Int[np.ndarray, "40 c"], Float[np.ndarray, "40 c"]]
+    """The same, as vertices and weights a feature."""
     landmark_neutral: Float[np.ndarray, "478 3"]
     """All landmarks on b0, mm; an unknown one is somewhere."""
     landmark_basis: Float[np.ndarray, "478 3 k"]
@@ -47,7 +56,9 @@ class TrackingModel:
     steady: Float32[np.ndarray, " f"]
     """Share times how little the shapes move a vertex along its normal: what the head's pose is measured on."""
     gaze: Bool[np.ndarray, " k"]
-    """Shapes that turn the eyes and hardly move the skin."""
+    """Shapes that turn the eyes aside and hardly move the skin."""
+    told: Bool[np.ndarray, " k"]
+    """Shapes at which the landmarker's own score can be trusted."""
     scale_mm: float
     """Distance between the outer eye corners on the neutral, mm."""
 
@@ -58,8 +69,12 @@ class TrackingModel:
 
     def blend(self, weights: Float[np.ndarray, " k"]) -> Float32[np.ndarray, "f 3"]:
         """v1 = b0 + B x on the front (Li et al. 2013, sec. 4.2)."""
-        flat = self.basis.reshape(-1, self.shapes) @ weights.astype(np.float32)
-        return self.neutral + flat.reshape(-1, 3)
+        return self.blocks.blend(self.neutral, weights)
+
+    def features(self, vertices: Float[np.ndarray, "f 3"]) -> Float[np.ndarray, "40 3"]:
+        """Where the 40 features are when the front's vertices are `vertices`."""
+        corners, weights = self.corners
+        return (weights[:, :, None] * vertices[corners]).sum(1)
 
     def whole(self, weights: Float[np.ndarray, " k"], front: Float[np.ndarray, "f 3"]) -> Float[np.ndarray, "n 3"]:
         """The whole rig under `weights`, with the front's vertices as given, mm."""
@@ -85,22 +100,27 @@ def tracking_model(rig: Rig, landmarks: LandmarkMap, reach: float = 45.0) -> Tra
     faces = local.reshape(-1, 3).astype(np.int32)
     area = mass(mesh.vertices[front], faces)
     rim = _rim(mesh, keep, front)
+    basis = np.ascontiguousarray(rig.deltas[:, front].transpose(1, 2, 0), dtype=np.float32)
+    picks = landmarks.attachment.matrix(mesh)[list(FEATURES)][:, front].tocsr()
     return TrackingModel(
         rig=rig,
         landmarks=landmarks,
         front=front,
         faces=faces,
         neutral=mesh.vertices[front].astype(np.float32),
-        basis=np.ascontiguousarray(rig.deltas[:, front].transpose(1, 2, 0), dtype=np.float32),
+        basis=basis,
+        blocks=pack(mesh.vertices[front], basis),
         share=(area / area.sum()).astype(np.float32),
         rim=rim,
         fade=_fade(faces, rim),
-        picks=landmarks.attachment.matrix(mesh)[list(FEATURES)][:, front].tocsr(),
-        landmark_neutral=landmarks.attachment.points(mesh),
+        picks=picks,
+        corners=_corners(picks),
+        landmark_neutral=np.ascontiguousarray(landmarks.attachment.points(mesh)),
         landmark_basis=_landmark_basis(rig, landmarks),
         centre=mesh.vertices[front].mean(0),
         steady=_steady(rig, front, area),
-        gaze=np.array([name.startswith("eyeLook") for name in rig.names]),
+        gaze=np.array([name.startswith(("eyeLookIn", "eyeLookOut")) for name in rig.names]),
+        told=np.array([name.startswith(TOLD) for name in rig.names]),
         scale_mm=_eye_span(landmarks, mesh),
     )
 
@@ -149,7 +169,19 @@ def _steady(rig: Rig, front: np.ndarray, area: np.ndarray, still: float = 2.0) -
 
 def _landmark_basis(rig: Rig, landmarks: LandmarkMap) -> np.ndarray:
     corners = rig.neutral.faces[landmarks.attachment.faces]
-    return np.einsum("kpcd,pc->pdk", rig.deltas[:, corners], landmarks.attachment.barycentric)
+    basis = np.einsum("kpcd,pc->pdk", rig.deltas[:, corners], landmarks.attachment.barycentric)
+    return np.ascontiguousarray(basis)
+
+
+def _corners(picks: sp.csr_matrix) -> tuple[np.ndarray, np.ndarray]:
+    """Columns and values of a sparse matrix's rows, side by side, short rows filled with weights of 0."""
+    width = int(np.diff(picks.indptr).max())
+    vertices, weights = np.zeros((picks.shape[0], width), np.int64), np.zeros((picks.shape[0], width))
+    for row in range(picks.shape[0]):
+        some = slice(picks.indptr[row], picks.indptr[row + 1])
+        count = some.stop - some.start
+        vertices[row, :count], weights[row, :count] = picks.indices[some], picks.data[some]
+    return vertices, weights
 
 
 def _eye_span(landmarks: LandmarkMap, mesh) -> float:

@@ -20,8 +20,8 @@ class Sighting:
     """Of the window's pixels."""
     sight: Float[np.ndarray, "478 2"] | None = None
     """Landmarks on the plane z = 1: x / z and y / z of the camera's space; None where no face was found."""
-    scores: dict[str, float] | None = None
-    """The landmarker's own expression scores, 0..1."""
+    said: Float[np.ndarray, " k"] | None = None
+    """The landmarker's own expression scores, 0..1 at each of the rig's shapes; NaN where it has none."""
 
     @property
     def intrinsics(self) -> Float[np.ndarray, " 4"]:
@@ -35,7 +35,7 @@ class Sighting:
 
     def without_landmarks(self) -> "Sighting":
         """The depth alone."""
-        return replace(self, sight=None, scores=None)
+        return replace(self, sight=None, said=None)
 
 
 @dataclass(frozen=True)
@@ -68,4 +68,4 @@ def observe(
         depth = np.ascontiguousarray(window.crop(frame.depth))
         depth = bilateral(depth, config.radius, config.depth_sigma) if config.radius else depth
     sight = None if landmarks is None else camera.rays(landmarks.points)[:, :2]
-    return Sighting(depth, window.camera(camera), sight, None if landmarks is None else landmarks.scores)
+    return Sighting(depth, window.camera(camera), sight)

@@ -4,6 +4,7 @@ import numpy as np
 from jaxtyping import Float
 
 from .._kernels.boxls import solve_chunk
+from .._kernels.mix import products
 from ..solve.boxls import TOLERANCE
 from .model import POINTS, TrackingModel
 
@@ -21,8 +22,9 @@ class Resolver:
 
     def weights(self, vertices: Float[np.ndarray, "f 3"], near: Float[np.ndarray, " k"]) -> Float[np.ndarray, " k"]:
         """Coefficients for the front at `vertices` (mm); where the mesh does not say, those `near`."""
-        right = self._right @ (vertices - self._model.neutral).astype(np.float32).ravel() + self._still * near
-        return box_solve(self._gram, right.astype(np.float64), np.zeros(len(near)), np.ones(len(near)), near)
+        moved = (vertices - self._model.neutral).astype(np.float32).ravel()
+        right = products(self._right, moved) + self._still * near
+        return box_solve(self._gram, right, np.zeros(len(near)), np.ones(len(near)), near)
 
 
 def box_solve(

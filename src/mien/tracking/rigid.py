@@ -62,14 +62,18 @@ class Correspondences:
 
 def correspond(
     vertices: Float32[np.ndarray, "f 3"],
-    faces: Int[np.ndarray, "m 3"],
+    normals: Float32[np.ndarray, "f 3"],
     T_camera_face: Transform,
     sighting: Sighting,
     config: RigidConfig,
 ) -> Correspondences:
-    """Project the front's vertices (face space, mm) into the depth image and prune."""
+    """Project the front's vertices (face space, mm) into the depth image and prune.
+
+    Args:
+        normals: of the vertices, or of a shape near to them: they serve to prune.
+    """
     points = track.place(vertices, T_camera_face.rotation, T_camera_face.translation)
-    normals = track.vertex_normals(points, faces)
+    normals = track.place(normals, T_camera_face.rotation, np.zeros(3))
     found = icp.correspond(
         points, normals, sighting.depth, sighting.intrinsics, np.float32(config.reach), np.float32(config.agree),
         config.step,
@@ -87,9 +91,10 @@ def align(
 ) -> RigidResult:
     """Move the model of the last frame, as it is, onto this frame's depth."""
     error, covered, done = np.inf, 0.0, 0
+    normals = track.vertex_normals(vertices, faces)
     for _ in range(config.iterations):
         done += 1
-        match = correspond(vertices, faces, T_camera_face, sighting, config)
+        match = correspond(vertices, normals, T_camera_face, sighting, config)
         covered = float(share[match.weight > 0].sum())
         if covered < config.least:
             break

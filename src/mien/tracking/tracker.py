@@ -6,6 +6,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from jaxtyping import Float, Float32
 
+from .._kernels import track
 from ..camera import Camera
 from ..depth import RGBDFrame
 from ..faces.landmarks import Landmarks2D
@@ -21,7 +22,7 @@ from .adaptive import (
     feature_offsets,
     weighted_subspace,
 )
-from .bias import Bias, BiasConfig, corrected, learn, no_bias
+from .bias import Bias, BiasConfig, above, corrected, floor_of, learn, no_bias
 from .detect import detect
 from .fit import FitConfig, at_rest, fit_blendshapes
 from .model import TrackingModel
@@ -105,6 +106,8 @@ class TrackState:
     correctives: Subspace | None
     bias: Bias
     """Standing errors of the features."""
+    floor: Float[np.ndarray, " k"]
+    """What the landmarker scores at rest."""
     lost: bool
     time: float
     """Seconds, of the last frame."""
@@ -145,6 +148,7 @@ def begin(tools: Tools, config: TrackConfig = TrackConfig()) -> TrackState:
         learner=IncrementalPca(model.neutral.size, config.pca),
         correctives=None,
         bias=no_bias(config.bias),
+        floor=np.ones(model.shapes),
         lost=True,
         time=-np.inf,
     )
@@ -186,6 +190,7 @@ def step(
         return _lost(tools, state, frame)
     if late and not state.lost:
         sighting = carried(sighting, state, T_camera_face, model)
+    sighting, floor = _scored(model, sighting, landmarks, state, config)
     raw, sighting = sighting, corrected(sighting, state.bias, model, T_camera_face, config.bias)
     x, T_camera_face, filtered = _blendshapes(tools, frame, sighting, T_camera_face, state, config)
     watch.lap("initial blendshapes")
@@ -200,7 +205,7 @@ def step(
     watch.lap("standing errors")
     weights = tools.resolver.weights(v4, x)
     watch.lap("weights anew")
-    after = TrackState(T_camera_face, v4, filtered, state.learner, correctives, bias, False, frame.time)
+    after = TrackState(T_camera_face, v4, filtered, state.learner, correctives, bias, floor, False, frame.time)
     return after, TrackResult(True, T_camera_face, x, weights, v1, v4, error, *distances, learnt)
 
 
@@ -208,6 +213,15 @@ def _outline(tools: Tools, state: TrackState) -> Float[np.ndarray, "n 2"]:
     """Pixels round which the window is laid: every eighth vertex of the front as it was."""
     points = state.T_camera_face.apply(state.vertices[::8].astype(np.float64))
     return tools.camera.project(points)
+
+
+def _scored(model: TrackingModel, sighting: Sighting, landmarks, state: TrackState, config: TrackConfig):
+    """The landmarker's scores above what it scores at rest, and that floor."""
+    if landmarks is None:
+        return sighting, state.floor
+    scores = np.array([landmarks.scores.get(name, np.nan) for name in model.rig.names])
+    floor = floor_of(state.floor, scores, config.bias)
+    return replace(sighting, said=above(scores, floor)), floor
 
 
 def _blendshapes(tools, frame, sighting: Sighting, T_camera_face, state: TrackState, config: TrackConfig):
@@ -228,10 +242,11 @@ def _adapt(tools: Tools, sighting: Sighting, v1, T_camera_face, state: TrackStat
     if not config.adaptive or sighting.depth is None:
         return None, v1
     model = tools.model
-    match = correspond(v1, model.faces, T_camera_face, sighting, config.rigid)
+    normals = track.vertex_normals(v1, model.faces)
+    match = correspond(v1, normals, T_camera_face, sighting, config.rigid)
     offsets = depth_offsets(match, T_camera_face)
     features = feature_offsets(model, v1, sighting, T_camera_face, config.deform.reach)
-    v2 = v1 + tools.deformation.with_depth(offsets, features).astype(np.float32)
+    v2 = v1 + tools.deformation.with_depth(offsets, features)
     displacement = v2 - model.neutral
     v3 = model.neutral + tools.anchors.project(displacement)
     if state.correctives is not None:
@@ -260,7 +275,7 @@ def _learn(tools: Tools, v2, v4, state: TrackState, config: TrackConfig):
         if config.near < _rms(model, sample) < config.far:
             learnt = state.learner.add((sample * np.sqrt(model.share)[:, None]).ravel())
         if learnt:
-            correctives = weighted_subspace(model, state.learner.basis)
+            correctives = weighted_subspace(model, state.learner.basis.T)
     return (to_anchors, to_adaptive), learnt, correctives
 
 
@@ -269,7 +284,7 @@ def _outside(space: Subspace, displacement):
 
 
 def _rms(model: TrackingModel, displacement) -> float:
-    return float(np.sqrt(model.share @ (displacement**2).sum(1)))
+    return float(np.sqrt(track.mean_square(model.share, displacement)))
 
 
 def carried(sighting: Sighting, state: TrackState, T_camera_face: Transform, model: TrackingModel) -> Sighting:
