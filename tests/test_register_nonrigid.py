@@ -13,6 +13,7 @@ from mien.register import (
     fit_model,
     register_surface,
 )
+from mien.register.coarse import CoarseTemplate
 from mien.register.residuals import laplacian_term, marker_term, membrane_term, plane_term, point_term
 from mien.register.shape import local_rotations, make_stencil, turned_edges
 from mien.register.solver import solve_vertices
@@ -190,6 +191,29 @@ def test_a_decimated_template_takes_the_stiff_rounds():
     found = Template(fine, coarse_vertices=600).register(ClosestPoint(target))
     assert found.distances[found.accepted].mean() < 0.05
     assert found.rounds == 18
+
+
+def folded(n=61):
+    """A strip bent over like a closed mouth: two sheets 0.2 mm apart, joined by a rim at the back; and each's side."""
+    u, v = np.meshgrid(np.linspace(-1, 1, n), np.linspace(0, 1, n), indexing="ij")
+    side = np.tanh(u / 0.05)
+    flat = np.stack([50 * np.abs(u), 60 * v, 0.1 * side], -1).reshape(-1, 3)
+    return Mesh(flat, hills(n).faces), side.reshape(-1)
+
+
+def test_sheets_that_touch_part_again():
+    """Sheets open by up to 10 mm each: a coarse stand-in that looked for the closest point would tear them."""
+    mesh, side = folded()
+    coarse = CoarseTemplate(mesh, 500)
+    opened = mesh.vertices + np.stack([np.zeros(len(side)), np.zeros(len(side)), side * mesh.vertices[:, 0] / 5], 1)
+    found = coarse.up(coarse.down(opened))
+    away = mesh.vertices[:, 0] > 5
+    assert np.linalg.norm(found - opened, axis=1)[away].max() < 1.0
+    assert (np.sign(found[away, 2]) == np.sign(side[away])).all()
+    at = Attachment(np.arange(len(mesh.faces)), np.full((len(mesh.faces), 3), 1 / 3))
+    there = coarse.attachment(at).points(coarse.mesh.with_vertices(coarse.down(opened)))
+    sides = at.points(mesh.with_vertices(opened))[:, 2]
+    assert (np.sign(there[:, 2]) == np.sign(sides))[np.abs(sides) > 1].all()
 
 
 def test_a_linear_model_is_recovered():

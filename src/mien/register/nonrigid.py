@@ -7,11 +7,11 @@ small membrane term keeps triangles from drifting; and a decimated template take
 
 from dataclasses import dataclass, field, replace
 
-import igl
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ..mesh import Attachment, ClosestPoint, Mesh, closest_point, vertex_normals
+from ..mesh import Attachment, ClosestPoint, Mesh, vertex_normals
+from .coarse import CoarseTemplate
 from .correspond import Correspondences, Rejection, Surface
 from .residuals import (
     PlaneTerm,
@@ -93,7 +93,7 @@ class Template:
     def __init__(self, mesh: Mesh, coarse_vertices: int = NonrigidConfig.coarse_vertices):
         self.mesh = mesh
         self.stencil = make_stencil(mesh.vertices, mesh.faces)
-        self._coarse = _Coarse(mesh, coarse_vertices) if 0 < 2 * coarse_vertices < len(mesh.vertices) else None
+        self._coarse = CoarseTemplate(mesh, coarse_vertices) if 0 < 2 * coarse_vertices < len(mesh.vertices) else None
 
     def register(
         self,
@@ -115,7 +115,7 @@ class Template:
         x = self.mesh.vertices if start is None else start
         trust = np.ones(len(x)) if trust is None else trust
         body = _Body(self.mesh, self.stencil, _anchored(self.mesh, anchors, config), trust, config)
-        coarse_body = self._coarse.body(body, anchors, config) if self._coarse else body
+        coarse_body = _coarse_body(self._coarse, body, anchors, config) if self._coarse else body
         y = self._coarse.down(x) if self._coarse else x
         stiff = [*np.zeros(3 if anchors else 0), *np.repeat(config.coarse, config.coarse_rounds)]
         for w3 in stiff:
@@ -148,6 +148,12 @@ def _anchored(mesh: Mesh, anchors: Anchors | None, config: NonrigidConfig) -> Po
     if anchors is None:
         return None
     return marker_term(anchors.attachment.matrix(mesh), anchors.points, config.markers * anchors.weights)
+
+
+def _coarse_body(coarse: CoarseTemplate, fine: "_Body", anchors: Anchors | None, config: NonrigidConfig) -> "_Body":
+    moved = None if anchors is None else replace(anchors, attachment=coarse.attachment(anchors.attachment))
+    markers = _anchored(coarse.mesh, moved, config)
+    return _Body(coarse.mesh, coarse.stencil, markers, coarse.averaged(fine.trust), config)
 
 
 @dataclass(frozen=True)
@@ -193,35 +199,3 @@ class _Body:
         found = {name: term.cost(x) for name, term in zip(names, self.shape_terms(x), strict=True)}
         points, planes = self.surface_terms(pairs, w3)
         return found | {"closest": points[0].cost(x) + planes.cost(x)}
-
-
-class _Coarse:
-    """A decimated template, and the way there and back."""
-
-    def __init__(self, fine: Mesh, vertices: int):
-        faces = fine.faces.astype(np.int64)
-        made = igl.decimate(np.ascontiguousarray(fine.vertices), faces, 2 * vertices)
-        self._fine, self.mesh = fine, Mesh(np.asarray(made[0]), np.asarray(made[1]).astype(np.int64))
-        self.stencil = make_stencil(self.mesh.vertices, self.mesh.faces)
-        self._nearest = closest_point(fine, self.mesh.vertices).attachment()
-        self._home = closest_point(self.mesh, fine.vertices).attachment()
-
-    def body(self, fine: _Body, anchors: Anchors | None, config: NonrigidConfig) -> _Body:
-        trust = self._nearest.matrix(self._fine) @ fine.trust
-        moved = None
-        if anchors is not None:
-            there = closest_point(self.mesh, anchors.attachment.points(self._fine))
-            moved = replace(anchors, attachment=there.attachment())
-        return _Body(self.mesh, self.stencil, _anchored(self.mesh, moved, config), trust, config)
-
-    def down(self, x: np.ndarray) -> np.ndarray:
-        """The coarse vertices when the fine ones are at `x`: they ride on the fine surface."""
-        return self._nearest.matrix(self._fine) @ x + self.mesh.vertices - self._nearest.points(self._fine)
-
-    def up(self, y: np.ndarray) -> np.ndarray:
-        """The fine vertices when the coarse ones are at `y`: each rides on its triangle, offset and turn included."""
-        turns = local_rotations(self.stencil, self.mesh.vertices, y)
-        corners = self.mesh.faces[self._home.faces]
-        offsets = self._fine.vertices[:, None] - self.mesh.vertices[corners]
-        carried = y[corners] + np.einsum("ncab,ncb->nca", turns[corners], offsets)
-        return np.einsum("nc,ncd->nd", self._home.barycentric, carried)

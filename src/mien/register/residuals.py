@@ -56,9 +56,7 @@ class Stencil:
     """Area of each vertex, mm^2."""
 
 
-def marker_term(
-    matrix: sp.csr_matrix, points: Float[np.ndarray, "k 3"], weights: Float[np.ndarray, " k"]
-) -> PointTerm:
+def marker_term(matrix: sp.csr_matrix, points: Float[np.ndarray, "k 3"], weights: Float[np.ndarray, " k"]) -> PointTerm:
     """sum_c w_c |D_c x - points_c|^2: markers or landmarks meet their places (first term of eq. 7). Points in mm."""
     root = np.sqrt(weights)
     return PointTerm(sp.csr_matrix(sp.diags(root) @ matrix), root[:, None] * points)
