@@ -90,6 +90,16 @@ def lift_landmarks(scan: Scan, config: LiftConfig | None = None) -> Landmarks3D:
     return Landmarks3D(seen.points, spread, T_face_scan, unit, seen.scores, misfit, seen.inside_out)
 
 
+def landmarks_near(
+    scan: Scan, T_face_scan: Transform, config: LiftConfig | None = None
+) -> tuple[Float[np.ndarray, "478 3"], Float[np.ndarray, " 478"]] | None:
+    """Landmarks of a scan whose pose is known: (points, spread) as in `Landmarks3D`; None where no view shows a face."""
+    config = config or LiftConfig()
+    with FaceLandmarker(faces=3, confidence=0.4) as landmarker:
+        seen = _look(scan, T_face_scan, config.views, landmarker, config)
+    return None if seen is None else (seen.points, seen.spread * T_face_scan.scale)
+
+
 @dataclass(frozen=True)
 class _Candidate:
     """A detection that may be a face."""
