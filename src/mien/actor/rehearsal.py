@@ -6,7 +6,7 @@ from ..errors import BadInput
 from .poses import EMOTIONS, GROUPS
 from .script import Script, _blank, _finish, _in_turn
 
-REHEARSED = ("joy", "surprise", "pout", "disgust", "mouth aside")
+REHEARSED = ("joy", "surprise", "pout", "disgust", "snarl")
 """What is asked for in each round: names in `poses.EMOTIONS` or `poses.GROUPS`."""
 
 

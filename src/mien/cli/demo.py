@@ -7,11 +7,11 @@ from cyclopts import Parameter
 
 
 def demo(
-    what: Literal["markers"] = "markers",
+    what: Literal["markers", "rgbd"] = "markers",
     *,
     output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("demo"),
     seed: int = 1,
-    seconds: float = 20.0,
+    seconds: float | None = None,
     markers: int = 100,
 ) -> None:
     """Stage a performance, record it with faults, solve it, score it against the truth, and show it.
@@ -25,11 +25,15 @@ def demo(
     seed
         Which performer.
     seconds
-        Length of the take.
+        Length of the take; 20 for markers, 12 for rgbd where not given.
     markers
         How many markers the performer wears.
     """
     output.mkdir(parents=True, exist_ok=True)
+    if what == "rgbd":
+        from .demo_rgbd import demo_rgbd
+
+        return demo_rgbd(output, seed, seconds)
     from .demo_markers import demo_markers
 
-    demo_markers(output, seed, seconds, markers)
+    demo_markers(output, seed, 20.0 if seconds is None else seconds, markers)

@@ -7,12 +7,16 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from ..errors import BadInput
+from ..files import writable
 from ..io.gltf import write_performance
 from ..io.rgbd import RgbdTake, read_rgbd
 from ..io.rgbd_live import Replay, live_frames
 from ..io.rigs import read_any_rig
+from ..markers.report import telling_frames
+from ..pictures import write_png
 from ..tracking.features import LandmarkMap, landmarks_of
-from ..tracking.pipeline import TakeConfig, Tracked, track_take
+from ..tracking.pipeline import TakeConfig, Tracked, check_shapes, track_take
+from ..tracking.report import preview, take_report, weights_section
 from .bar import bar
 from .personalize import beside
 
@@ -26,6 +30,8 @@ def track(
     depth_scale: float | None = None,
     rate: float | None = None,
     focal: float | None = None,
+    picture: Path | None = None,
+    report: Path | None = None,
     config: Annotated[TakeConfig, Parameter(name="*")] = TakeConfig(),
 ) -> None:
     """An RGB-D take or a plain video in; an animated face with head motion out.
@@ -48,16 +54,24 @@ def track(
         Frames a second, instead of what the take says.
     focal
         Focal length of a video's lens, pixels; without it 60 degrees are assumed across the longer side.
+    picture
+        Write a contact sheet (.png): colour, depth, tracked face; by default beside the output.
+    report
+        Write the report (.html); by default beside the output.
     """
     if output.suffix.lower() != ".glb":
         raise BadInput(f"{output}: performances are written as .glb; name it so")
+    writable(output, *(path for path in (picture, report) if path))
     source = read_rgbd(take, depth_scale, rate, focal)
     person, landmarks = rig_for(rig)
-    if live:
-        source, config = as_live(source), replace(config, late=True)
+    played, config = (as_live(source), replace(config, late=True)) if live else (source, config)
     with bar() as progress:
-        tracked = track_take(source, person, landmarks, config=config, progress=progress)
-    write_performance(output, tracked.performance)
+        tracked = track_take(played, person, landmarks, config=config, progress=progress)
+        write_performance(output, tracked.performance)
+        image = preview(source, tracked, telling_frames(tracked.performance, 6), progress=progress)
+    write_png(picture or output.with_suffix(".png"), image)
+    told = weights_section(take_report(source, tracked, image), tracked.performance)
+    told.write(report or output.with_suffix(".html"))
     print(summary(output, tracked, source))
     if tracked.stopped:
         raise BadInput(f"{tracked.stopped}; the {len(tracked.performance)} frames before are in {output}")
@@ -70,6 +84,7 @@ def rig_for(path: Path | None):
 
         return load_face().rig, None
     rig = read_any_rig(path)
+    check_shapes(rig, str(path))
     kept = beside(path)
     return rig, LandmarkMap.load(kept, rig.neutral) if kept.is_file() else landmarks_of(rig)
 

@@ -43,7 +43,7 @@ def read_folder(path: Path, depth_scale: float | None = None, rate: float | None
         for c, d, time in zip(color, depth, times, strict=True):
             yield RGBDFrame(picture(c), depth_picture(d, scale), float(time))
 
-    return RgbdTake(path.name, camera, rate, len(color), True, frames)
+    return RgbdTake(path.name, camera, rate, len(color), True, frames, depth_scale=scale)
 
 
 def read_images(path: Path, rate: float | None = None, focal: float | None = None) -> RgbdTake:

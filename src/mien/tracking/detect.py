@@ -19,6 +19,25 @@ PLAUSIBLE = (0.6, 1.6)
 """A face whose eyes are farther apart or nearer than the rig's by these factors is another unit, not another person."""
 
 
+class WrongScale(BadInput):
+    """Depth that makes no face of human size."""
+
+    def __init__(self, wide: float, factor: float):
+        super().__init__(
+            f"depth scale: it makes a face {length(wide)} wide; multiply depth_scale (units a metre) by {factor:.3g} "
+            f"to make it one of {length(wide / factor)}"
+        )
+        self.wide = wide
+        """How wide the face is, mm."""
+        self.factor = factor
+        """What the take's units a metre should be multiplied by."""
+
+
+def length(mm: float) -> str:
+    """A length in words."""
+    return f"{mm / 1000:.2f} m" if mm >= 500 else f"{mm:.0f} mm" if mm >= 10 else f"{mm:.2g} mm"
+
+
 def detect(model: TrackingModel, frame: RGBDFrame, landmarks: Landmarks2D, camera: Camera) -> Transform:
     """T_camera_face that puts the neutral's landmarks on the detected ones.
 
@@ -70,15 +89,7 @@ def check_size(model: TrackingModel, seen: Float[np.ndarray, "478 3"]) -> None:
     span = float(np.linalg.norm(left - right))
     if not np.isfinite(span) or PLAUSIBLE[0] < span / model.scale_mm < PLAUSIBLE[1]:
         return
-    width = 1.7 * span
-    raise BadInput(
-        f"depth scale: it makes a face {_length(width)} wide; multiply depth_scale (units a metre) by "
-        f"{span / model.scale_mm:.3g} to make it one of {1.7 * model.scale_mm:.0f} mm"
-    )
-
-
-def _length(mm: float) -> str:
-    return f"{mm / 1000:.2f} m" if mm >= 1000 else f"{mm:.2g} mm"
+    raise WrongScale(1.7 * span, span / model.scale_mm)
 
 
 def _rough(model: TrackingModel, landmarks: Landmarks2D, camera: Camera) -> Transform:

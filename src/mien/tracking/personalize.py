@@ -21,7 +21,7 @@ from ..rig import Rig
 from ..rig.transfer import merged, transfer_rig
 from ..transforms import Transform
 from .aggregate import Aggregate, AggregateConfig, aggregate
-from .detect import detect, lifted
+from .detect import WrongScale, detect, length, lifted
 from .features import (
     LOWER_INNER_LIP,
     UPPER_INNER_LIP,
@@ -91,7 +91,10 @@ def personalize(
     face = face or load_face()
     generic = generic or landmarks_of(face.rig)
     frames, found = _calm(take, landmarker or FaceLandmarker("video"), config, progress)
-    T_camera_face = detect(tracking_model(face.rig, generic), frames[0], found[0], take.camera)
+    try:
+        T_camera_face = detect(tracking_model(face.rig, generic), frames[0], found[0], take.camera)
+    except WrongScale as error:
+        raise with_scale(error, take) from error
     scanned = aggregate(frames, take.camera, T_camera_face, config.aggregate, progress)
     seen = landmarks_on_scan(scanned, frames, found, take.camera)
     eye = T_camera_face.inverse().translation
@@ -113,6 +116,23 @@ def personalize(
 def no_face(take: RgbdTake) -> BadInput:
     """The line for a take without a face."""
     return BadInput(f"{take.name}: no face in the first {PATIENCE} frames; face the camera, in light, and start again")
+
+
+USUAL_SCALES = (100, 1000, 2000, 4000, 5000, 8000, 10000)
+"""Units a metre that depth cameras and data sets use."""
+
+
+def with_scale(error: BadInput, take: RgbdTake) -> BadInput:
+    """The error, and if it is about the depth's unit, which scale would fit this take."""
+    if not isinstance(error, WrongScale) or take.depth_scale is None:
+        return error
+    wanted = take.depth_scale * error.factor
+    usual = min(USUAL_SCALES, key=lambda scale: abs(np.log(scale / wanted)))
+    wanted = usual if abs(np.log(usual / wanted)) < 0.2 else round(wanted)
+    return BadInput(
+        f"{take.name}: with {take.depth_scale:g} units of depth a metre the face is {length(error.wide)} wide; "
+        f"--depth-scale {wanted} would make it {length(error.wide * take.depth_scale / wanted)}"
+    )
 
 
 def _calm(take: RgbdTake, landmarker, config, progress) -> tuple[list[RGBDFrame], list[Landmarks2D]]:

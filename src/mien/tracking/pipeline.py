@@ -1,7 +1,7 @@
 """A take becomes a performance (Li et al. 2013, fig. 4): the paper's steps are in `tracker.step`, here is the loop."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -19,7 +19,7 @@ from .correctives import CorrectiveConfig, Residuals, with_correctives
 from .features import LandmarkMap, landmarks_of
 from .landmark_stream import Landmarker, with_landmarks
 from .model import TrackingModel, tracking_model
-from .personalize import PATIENCE, no_face
+from .personalize import PATIENCE, no_face, with_scale
 from .tracker import NoWatch, TrackConfig, TrackResult, Watch, begin, prepare, step
 
 T_WORLD_CAMERA = Transform(np.diag([1.0, -1.0, -1.0]), np.zeros(3))
@@ -33,7 +33,7 @@ class TakeConfig:
     track: TrackConfig = field(default_factory=TrackConfig)
     correctives: CorrectiveConfig = field(default_factory=CorrectiveConfig)
     late: bool = False
-    """Take the landmarks of the frame before, as a live source must."""
+    """Take the landmarks of the frame before, as a live source must; frames that were missed hold the last value."""
 
 
 @dataclass(frozen=True)
@@ -77,16 +77,21 @@ def track_take(
     check_shapes(rig)
     model = tracking_model(rig, landmarks or landmarks_of(rig))
     seen = with_landmarks(take, landmarker or FaceLandmarker("video"), late=config.late)
-    walk, residuals = track_frames(model, take, seen, config, watch), Residuals(model, config.correctives)
-    results, stopped = [], None
+    times: list[float] = []
+    walk = track_frames(model, take, _timed(seen, times), config, watch)
+    results, residuals, stopped, offset = [], Residuals(model, config.correctives), None, np.zeros_like(model.neutral)
     try:
         for result in walk:
+            for _ in range(_missed(times, len(results), take) if config.late else 0):
+                results.append(replace(results[-1], tracked=False))
+                residuals.add(offset)
+            offset = result.vertices - model.blend(result.weights)
             results.append(_slim(result))
-            residuals.add(result.vertices - model.blend(result.weights))
+            residuals.add(offset)
             progress.update("tracking", len(results), take.count)
     except BadInput as error:
         if not any(result.tracked for result in results):
-            raise
+            raise with_scale(error, take) from error
         stopped = str(error)
     return _collect(take, rig, model, results, residuals, stopped)
 
@@ -113,8 +118,8 @@ def track_frames(
         yield result
 
 
-def check_shapes(rig: Rig) -> None:
-    """See that the rig has expressions.
+def check_shapes(rig: Rig, name: str = "the rig") -> None:
+    """See that the rig, called `name`, has expressions.
 
     Raises:
         BadInput: none that is known by name.
@@ -122,8 +127,20 @@ def check_shapes(rig: Rig) -> None:
     if not set(rig.names) & {*ARKIT_NAMES, *FACS23}:
         told = ", ".join(rig.names[:4]) or "no shapes at all"
         raise BadInput(
-            f"the rig has none of the ARKit shapes (it has {told}); make one with `mien personalize`, or rename these"
+            f"{name} has none of the ARKit shapes (it has {told}); make one with `mien personalize`, or rename these"
         )
+
+
+def _timed(seen: Iterator, times: list[float]) -> Iterator:
+    """The same, each frame's time noted as it is asked for."""
+    for frame, landmarks in seen:
+        times.append(frame.time)
+        yield frame, landmarks
+
+
+def _missed(times: list[float], done: int, take: RgbdTake) -> int:
+    """Frames that came and went between the last result and this one, by the clock."""
+    return max(round((times[-1] - times[0]) * take.rate) - done, 0) if done else 0
 
 
 @dataclass(frozen=True)

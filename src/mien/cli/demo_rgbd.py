@@ -1,0 +1,220 @@
+"""`mien demo rgbd`: a staged RGB-D film becomes a rig and a performance, is taken apart stage by stage, and scored."""
+
+from pathlib import Path
+
+import numpy as np
+from scipy.ndimage import minimum_filter
+
+RATE = 30.0
+SECONDS = 12.0
+FRAMES = 6
+"""Frames in the preview."""
+
+
+def demo_rgbd(folder: Path, seed: int, seconds: float | None) -> None:
+    """Leaves take/, rig.glb, perf.glb, preview.png and report.html in `folder`."""
+    from ..actor import score_performance
+    from ..io.gltf import write_performance, write_rig
+    from ..io.rgbd import read_rgbd, write_rgbd
+    from ..markers.report import telling_frames
+    from ..pictures import write_png
+    from ..tracking.model import tracking_model
+    from ..tracking.personalize import personalize
+    from ..tracking.pipeline import track_take
+    from ..tracking.report import preview, take_report, weights_section
+    from ..tracking.study import Remembered, compare, left_out
+    from .bar import bar
+    from .personalize import beside
+    from .track import summary
+
+    eyes = Remembered()
+    with bar() as progress:
+        script, staged = stage(seed, SECONDS if seconds is None else seconds)
+        write_rgbd(folder / "take", staged.take, color="jpg", progress=progress)
+        take = read_rgbd(folder / "take")
+        person = personalize(take, progress=progress)
+        write_rig(folder / "rig.glb", person.rig)
+        person.landmarks.save(beside(folder / "rig.glb"))
+        tracked = track_take(take, person.rig, person.landmarks, eyes, progress=progress)
+        write_performance(folder / "perf.glb", tracked.performance)
+        picture = preview(take, tracked, telling_frames(tracked.performance, FRAMES), progress=progress)
+        write_png(folder / "preview.png", picture)
+        study = compare(take, tracking_model(person.rig, person.landmarks), eyes, left_out(), progress=progress)
+        score = score_performance(tracked.performance, staged.truth)
+        report = take_report(take, tracked, picture, spans=spans(script))
+        add_truth(report, score, staged.truth, tracked, eyes)
+        add_stages(report, study, staged.truth)
+        add_learning(report, study, tracked, script)
+        weights_section(report, tracked.performance)
+        report.write(folder / "report.html")
+    print(summary(folder / "perf.glb", tracked, take))
+    for row in score.rows():
+        print("  ".join(cell for cell in row if cell))
+    print(f"{folder}/: take/  rig.glb  perf.glb  preview.png  report.html")
+
+
+def stage(seed: int, seconds: float):
+    """The script and the film: calm, five expressions in two rounds, a hand before the face between the rounds."""
+    from ..actor import FilmConfig, film, make_performer
+    from ..actor.rehearsal import rehearsal
+
+    script = rehearsal(RATE, seconds, seed)
+    between = next(start for name, start, _ in script.cues if name.endswith("again")) / RATE
+    config = FilmConfig(occlusions=((between - 0.05, 0.1),))
+    return script, film(make_performer(seed), script.weights, RATE, config, seed)
+
+
+def spans(script) -> list[tuple[float, float, str]]:
+    """The expressions as a chart shades them, a little apart."""
+    rate = script.rate
+    return [(a / rate + 0.05, b / rate - 0.05, name.removesuffix(" again")) for name, a, b in script.cues[1:]]
+
+
+def add_truth(report, score, truth, tracked, eyes) -> None:
+    """Errors beside the frozen baseline; weights beside MediaPipe's own."""
+    report.heading("Against the truth").text(
+        "The performer is nobody the identity space knows, and makes every expression in their own way. The frozen "
+        "baseline is the right person in the right pose with one fixed mean expression. Vertices slide along smooth "
+        "skin, where depth shows nothing: their error is larger than the surface's. Frames in which the hand hides the "
+        "face count like all others."
+    )
+    ours, theirs = weight_errors(truth, tracked, eyes)
+    rows = [
+        *score.rows(),
+        ("head's turn, mean", f"{np.degrees(score.rotation.mean()):.2f}°", "", ""),
+        ("weights, mean absolute error", f"{ours:.3f}", "", ""),
+        ("the same, MediaPipe's own scores", f"{theirs:.3f}", "", ""),
+    ]
+    report.table(rows, ("", "result", "frozen", "ratio"))
+
+
+def weight_errors(truth, tracked, eyes) -> tuple[float, float]:
+    """Mean absolute error of our weights, and of the landmarker's scores on the same frames."""
+    performance, names = tracked.performance, truth.actor.names
+    found = [eyes.found.get(time) for time in sorted(eyes.found)]
+    both = [i for i, marks in enumerate(found) if marks is not None and performance.tracked[i]]
+    ours = performance.weights[both][:, [performance.rig.index(name) for name in names]]
+    theirs = np.array([[found[i].scores[name] for name in names] for i in both])
+    return float(np.abs(ours - truth.weights[both]).mean()), float(np.abs(theirs - truth.weights[both]).mean())
+
+
+def add_stages(report, study, truth) -> None:
+    """The paper's fig. 5: every tracker's errors, and their faces in the strongest frame of the second half."""
+    from ..tracking.report import heat_pairs
+
+    scores = {name: variant_score(study, name, truth, np.flatnonzero(truth.in_view)[::2]) for name in study.variants}
+    frame = telling(next(iter(scores.values())), truth)
+    moved = truth.vertices(np.array([frame]))[0]
+    errors = {name: expression_error(study, name, truth, frame) for name in study.variants}
+    rest = np.where(face(), np.linalg.norm(moved - truth.neutral.vertices, axis=1), np.nan)
+    shapes = {"the truth, and how far it is from rest": (moved, rest)}
+    shapes |= {name: (study.vertices(name, frame), values) for name, values in errors.items()}
+    report.heading("Leaving stages out, one by one (fig. 5 of the paper)").figure(
+        heat_pairs(study.model.rig, shapes, _round_up(np.nanpercentile(list(errors.values()), 98))),
+        f"The frame at {frame / truth.rate:.2f} s, the strongest expression of the second half. In colours: how far "
+        "each vertex's displacement from rest is from the true one, mm.",
+    )
+    rows = [
+        (name, f"{s.expression.mean():.3f}", f"{100 * s.ratio:.0f} %", f"{100 * s.ratio_strongest:.0f} %",
+         f"{s.surface:.3f}", f"{np.nanmean(errors[name]):.2f}")
+        for name, s in scores.items()
+    ]  # fmt: skip
+    report.table(
+        rows, ("", "expression, mm", "of frozen", "strongest tenth", "surface, mm", "this frame, mm"),
+        "Frames in which the hand hides the face are left out.",
+    )  # fmt: skip
+
+
+def telling(score, truth) -> int:
+    """The strongest frame of the second half with no hand near in time."""
+    clear = minimum_filter(truth.in_view, size=31)[score.frames] & (score.frames > len(truth) / 2)
+    return int(score.frames[np.argmax(np.where(clear, score.strength, -1.0))])
+
+
+def variant_score(study, name: str, truth, frames):
+    """The usual score of one of the study's trackers."""
+    from ..actor import score_vertices
+
+    variant = study.variants[name]
+    return score_vertices(
+        vertices=lambda some: np.stack([study.vertices(name, t) for t in some]),
+        neutral=study.model.rig.neutral.vertices,
+        T_world_face=variant.T_camera_face,
+        truth=truth,
+        frames=frames,
+    )
+
+
+def expression_error(study, name: str, truth, frame: int) -> np.ndarray:
+    """(n,) |R (S - S0) - (V - V0)| in one frame, mm; NaN off the face."""
+    variant = study.variants[name]
+    R = truth.T_lab_face.rotation[frame].T @ variant.T_camera_face.rotation[frame]
+    told = (study.vertices(name, frame) - study.model.rig.neutral.vertices) @ R.T
+    true = truth.vertices(np.array([frame]))[0] - truth.neutral.vertices
+    return np.where(face(), np.linalg.norm(told - true, axis=1), np.nan)
+
+
+def face() -> np.ndarray:
+    """Mask (n,) of the vertices that are scored."""
+    from ..faces import load_face
+
+    return load_face().regions["face"] > 0.5
+
+
+def add_learning(report, study, tracked, script) -> None:
+    """The paper's fig. 7, how well the learnt space says a new expression, and a table beside fig. 11."""
+    from ..tracking.report import heat_pairs
+
+    if not study.learnt:
+        report.text("No frame was far enough from the blendshapes to teach a corrective.")
+        return
+    first, last = _most_learnt(study, script)
+    name, start, end = first
+    apex = start + int(np.nanargmax(tracked.to_anchors[start:end]))
+    moments = {
+        "blendshapes alone": None,
+        "before this expression": study.known_by(start),
+        "as it is made": study.known_by(apex),
+        "once it was seen": study.known_by(end),
+        "at the end of the take": study.known_by(last),
+    }
+    whole = study.vertices("all stages", apex)
+    shapes = {}
+    for label, space in moments.items():
+        values = np.full(len(whole), np.nan)
+        values[study.model.front] = np.linalg.norm(study.outside(apex, space), axis=1)
+        shapes[label] = (whole, values)
+    report.heading("What the correctives learn (fig. 7 of the paper)").figure(
+        heat_pairs(study.model.rig, shapes, _round_up(np.nanpercentile(shapes["blendshapes alone"][1], 99))),
+        f'"{name}" at {apex / script.rate:.2f} s: how far its final mesh is from what blendshapes and correctives can '
+        "say, with the correctives as they were at five moments.",
+    )
+    rows = [
+        (cue, f"{np.nanmax(tracked.to_anchors[a:b]):.2f} mm", f"{np.nanmax(tracked.to_adaptive[a:b]):.2f} mm",
+         f"{100 * (1 - np.nanmean(tracked.to_adaptive[a:b]) / np.nanmean(tracked.to_anchors[a:b])):.0f} %")
+        for cue, a, b in script.cues
+        if np.isfinite(tracked.to_anchors[a:b]).any()
+    ]  # fmt: skip
+    report.table(
+        rows, ("expression", "to the anchors, most", "to the adaptive space, most", "taken up by the correctives"),
+        "Every expression, the first time and again.",
+    )  # fmt: skip
+
+
+def _most_learnt(study, script) -> tuple[tuple[str, int, int], int]:
+    """The cue of the first round whose apex the end's correctives say so much better than those before it."""
+    last = study.learnt[-1][0] + 1
+    best, gain = script.cues[1], -np.inf
+    for cue in script.cues[1:]:
+        _, start, end = cue
+        middle = (start + end) // 2
+        before, after = (study.outside(middle, study.known_by(t)) for t in (start, last))
+        drop = float(study.model.share @ ((before**2).sum(1) - (after**2).sum(1)))
+        if not cue[0].endswith("again") and drop > gain:
+            best, gain = cue, drop
+    return best, last
+
+
+def _round_up(value: float) -> float:
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(next(k * power for k in (1, 2, 5, 10) if k * power >= value))
