@@ -1,7 +1,7 @@
 """From a marker take to `selection.json`: what is analysed, what is left out, and the file."""
 
 import json
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +11,8 @@ from ..clip import Markers
 from ..errors import BadInput
 from ..files import existing, whole
 from ..progress import SILENT, Progress
-from .gaps import GapConfig, fill_gaps
+from .prepare import PrepareConfig, prepare
 from .select import SelectConfig, Selection, select_frames
-from .stabilise import StabiliseConfig, stabilise
 from .study import MarkerStudy
 
 
@@ -21,12 +20,8 @@ from .study import MarkerStudy
 class SelectTakeConfig:
     """Everything that `mien select` may be told."""
 
-    stabilise: StabiliseConfig = StabiliseConfig()
-    gaps: GapConfig = field(default_factory=lambda: GapConfig(low_rank_s=np.inf))
+    prepare: PrepareConfig = PrepareConfig()
     select: SelectConfig = SelectConfig()
-    least_seen: float = 0.5
-    """Markers seen in less than this share of the frames that show any are left out, and so are frames that show less
-    than this share of the markers."""
 
 
 @dataclass(frozen=True)
@@ -58,27 +53,11 @@ def select_take(
     Raises:
         BadInput: too little of the take was seen.
     """
-    alive = markers.seen[markers.seen.any(axis=1)]
-    often = alive.sum(axis=0) >= max(config.least_seen * len(alive), 1)
-    if not often.any():
-        raise BadInput(
-            f"no marker is seen in {config.least_seen:.0%} of the frames that show any; export a more complete take"
-        )
-    kept = replace(
-        markers,
-        positions=markers.positions[:, often],
-        labels=tuple(np.array(markers.labels)[often].tolist()),
-    )
-    positions = stabilise(kept, config.stabilise).markers.positions
-    filled = fill_gaps(positions, kept.rate, config.gaps)
-    enough = (kept.seen.mean(axis=1) >= config.least_seen) & np.isfinite(filled).all(axis=(1, 2))
-    analysed = np.flatnonzero(enough)
-    if len(analysed) < 2:
-        raise BadInput(f"only {len(analysed)} frame(s) show {config.least_seen:.0%} of the markers; 2 are needed")
+    take = prepare(markers, config.prepare)
+    analysed, filled = take.analysed, take.positions
     selection = select_frames(filled[analysed], config.select, progress)
     selection = replace(selection, frames=analysed[selection.frames])
-    missed = tuple(np.array(markers.labels)[~often].tolist())
-    return TakeSelection(selection, filled[analysed], analysed, kept.labels, missed)
+    return TakeSelection(selection, filled[analysed], analysed, take.markers.labels, take.left_out)
 
 
 @dataclass(frozen=True)
