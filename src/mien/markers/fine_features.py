@@ -1,0 +1,99 @@
+"""What of a scan is compared with its neighbours: fine detail of curvature and, where there is some, of colour."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+from scipy.ndimage import gaussian_filter
+
+from ..mesh import Mesh, SurfaceImage, curvature_features, mean_curvature, vertex_normals
+from ..register import Rejection, Surface
+
+NEAR = Rejection(max_distance=3.0)
+"""Which points of a scan show what its registered surface is like."""
+LUMINANCE = (0.3, 0.6, 0.1)
+THIN = 0.05
+"""Share of data nearby below which an average means nothing."""
+
+
+@dataclass(frozen=True)
+class FeatureConfig:
+    """How one kind of detail is made comparable. Values in its own unit."""
+
+    threshold: float
+    """Smaller values are noise and count as 0."""
+    saturation: float
+    """Values well above it count alike, so that lids and lips do not outweigh wrinkles; inf: as they are."""
+    faint: float
+    """Rms nearby at which detail counts half; fainter detail is taken for none."""
+    broad_mm: float
+    """Detail broader than this is taken out, for it moves over the skin with the expression; inf: it stays."""
+    nearby_mm: float
+    """Values are divided by their rms within about this distance, so that a shallow wrinkle matches a deep one."""
+
+
+CURVATURE = FeatureConfig(threshold=0.05, saturation=0.25, faint=0.03, broad_mm=np.inf, nearby_mm=4.0)
+"""1/mm."""
+COLOUR = FeatureConfig(threshold=0.0, saturation=0.1, faint=0.004, broad_mm=3.0, nearby_mm=4.0)
+"""Luminance of sRGB, 0..1."""
+
+
+@dataclass(frozen=True)
+class Detail:
+    """One kind of detail over the layout."""
+
+    values: Float[np.ndarray, "h w"]
+    """After threshold and saturation, in the kind's unit; NaN where the scan has no data."""
+    scaled: Float[np.ndarray, "h w"]
+    """Divided by the rms nearby; NaN where the scan has no data."""
+    evidence: Float[np.ndarray, "h w"]
+    """0..1: how far the detail stands out of what is faint."""
+
+
+def detail(raw: Float[np.ndarray, "h w"], kind: FeatureConfig, pixel_mm: float) -> Detail:
+    """Detail in an image of raw values, NaN where there is none."""
+    known = np.isfinite(raw)
+    values = np.where(known, raw, 0.0)
+    if np.isfinite(kind.broad_mm):
+        values = np.where(known, values - averaged(values, known, kind.broad_mm / pixel_mm), 0.0)
+    values = curvature_features(values.ravel(), kind.threshold).reshape(raw.shape)
+    if np.isfinite(kind.saturation):
+        values = kind.saturation * np.tanh(values / kind.saturation)
+    energy = averaged(values**2, known, kind.nearby_mm / pixel_mm)
+    full = energy + kind.faint**2
+    nothing = np.where(known, 0.0, np.nan)
+    return Detail(values + nothing, values / np.sqrt(full) + nothing, energy / full)
+
+
+def averaged(values: Float[np.ndarray, "h w"], known: Bool[np.ndarray, "h w"], sigma: float) -> np.ndarray:
+    """Gaussian average of the known pixels, sigma in pixels."""
+    share = gaussian_filter(known.astype(float), sigma)
+    return gaussian_filter(np.where(known, values, 0.0), sigma) / np.maximum(share, THIN)
+
+
+def curvature_image(
+    mesh: Mesh, image: SurfaceImage, surface: Surface | None, radius_mm: float
+) -> Float[np.ndarray, "h w"]:
+    """Mean curvature, 1/mm, of the mesh or, where it is given, of the scan that the mesh was registered to."""
+    if surface is None:
+        return image.draw(mean_curvature(mesh, radius_mm))
+    return from_surface(mesh, image, surface, mean_curvature(surface.mesh, radius_mm))
+
+
+def colour_image(mesh: Mesh, image: SurfaceImage, surface: Surface | None) -> Float[np.ndarray, "h w"] | None:
+    """Luminance of the scan's vertex colours, 0..1; None where it has none."""
+    if surface is None or surface.mesh.colors is None:
+        return None
+    return from_surface(mesh, image, surface, surface.mesh.colors @ np.array(LUMINANCE))
+
+
+def from_surface(
+    mesh: Mesh, image: SurfaceImage, surface: Surface, values: Float[np.ndarray, " v"]
+) -> Float[np.ndarray, "h w"]:
+    """Vertex values of a scan at the point closest to what each pixel shows of `mesh`; NaN where none is near."""
+    out = np.full(image.faces.shape, np.nan)
+    places, normals = image.draw(mesh.vertices), image.draw(vertex_normals(mesh.vertices, mesh.faces))
+    found = surface.correspond(places[image.mask], normals[image.mask], NEAR)
+    drawn = found.attachment().matrix(surface.mesh) @ values
+    out[image.mask] = np.where(found.accepted, drawn, np.nan)
+    return out

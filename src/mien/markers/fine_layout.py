@@ -1,0 +1,105 @@
+"""One image for all scans: where every vertex of every scan is laid out, and the way back to its surface.
+
+The scans share their triangles, so one layout of the mean shape is a one-to-one layout of each of them: the paper lays
+out every scan by itself. A vertex slides on a scan's surface by moving in the image over that scan's fixed triangles.
+"""
+
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+import scipy.sparse.linalg as spl
+from jaxtyping import Float, Int
+from scipy import ndimage
+
+from ..errors import BadInput
+from ..mesh import Attachment, Mesh, SurfaceImage, cotangent_laplacian, submesh, unroll_face
+
+SHOWN = 0.05
+"""Triangles count as face where the masks of the regions add up to this."""
+HALVINGS = 6
+"""How often a step is halved round triangles that it would turn over."""
+
+
+class Layout:
+    """The face of a topology, unrolled: regions, their blending weights, and the smoothing of steps by eq. 11.
+
+    Raises:
+        BadInput: no triangle in any region, or a mesh that cannot be unrolled.
+    """
+
+    def __init__(self, mesh: Mesh, regions: dict[str, Float[np.ndarray, " n"]], pixel_mm: float, alpha: float):
+        total = np.sum(list(regions.values()), axis=0)
+        used = np.flatnonzero((total[mesh.faces] > SHOWN).all(axis=1))
+        if not len(used):
+            raise BadInput("fine registration: no triangle lies in any region; give masks of this topology")
+        self.mesh, self.vertices = submesh(mesh, used)
+        """The face alone, mean shape, and the vertices of the whole mesh that it has."""
+        unrolled = unroll_face(self.mesh, pixel_mm)
+        self.home: Float[np.ndarray, "n 2"] = unrolled.places
+        self.image: SurfaceImage = unrolled.image()
+        self.alpha = alpha
+        masks = np.stack([mask[self.vertices] for mask in regions.values()], 1)
+        self.masks: Float[np.ndarray, "h w r"] = np.nan_to_num(self.image.draw(masks))
+        self.weights: Float[np.ndarray, "h w r"] = blending(self.masks)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Height and width of the image."""
+        return self.masks.shape[0], self.masks.shape[1]
+
+    @cached_property
+    def _smoother(self) -> spl.SuperLU:
+        L = cotangent_laplacian(self.mesh.vertices, self.mesh.faces)
+        A = sp.identity(len(self.vertices)) + self.alpha * (L.T @ L)
+        return spl.splu(sp.csc_matrix(A), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+
+    def smoothed(self, steps: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "n 2"]:
+        """Eq. 11: what least squares make of the steps when differential coordinates are to stay."""
+        return self._smoother.solve(np.ascontiguousarray(steps))
+
+    def moved(self, places: Float[np.ndarray, "n 2"], steps: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "n 2"]:
+        """`places` after smoothed steps, halved round triangles that would turn over; on the surface."""
+        steps = self.smoothed(steps)
+        faces = self.mesh.faces
+        for _ in range(HALVINGS):
+            turned = signed_areas(places + steps, faces) * signed_areas(self.home, faces) <= 0
+            if not turned.any():
+                break
+            steps[np.unique(faces[turned])] *= 0.5
+        new = places + steps
+        flat = Mesh(np.column_stack([self.home, np.zeros(len(self.home))]), faces)
+        return self.image.surface_at(new).points(flat)[:, :2]
+
+    def on_surface(self, places: Float[np.ndarray, "n 2"]) -> Attachment:
+        """The surface points, on the triangles of `mesh`, that are laid out at `places`."""
+        return self.image.surface_at(places)
+
+    def place_of(self, attachment: Attachment) -> Float[np.ndarray, "p 2"]:
+        """Where points of the surface are laid out."""
+        return np.einsum("pc,pcd->pd", attachment.barycentric, self.home[self.mesh.faces[attachment.faces]])
+
+
+def blending(masks: Float[np.ndarray, "h w r"]) -> Float[np.ndarray, "h w r"]:
+    """Eq. 10's weights, 1 - cos(pi/2 d/l_d), with the mask for d/l_d: both go from 0 to 1 over an overlap's width.
+
+    Divided by their sum, but by no less than 1/2, so that steps fade to 0 on the rim of the whole.
+    """
+    weights = 1 - np.cos(np.pi / 2 * np.clip(masks, 0, 1))
+    return weights / np.maximum(weights.sum(axis=2, keepdims=True), 0.5)
+
+
+def signed_areas(places: Float[np.ndarray, "n 2"], faces: Int[np.ndarray, "m 3"]) -> Float[np.ndarray, " m"]:
+    """Of triangles in the image, square pixels; the sign says which way round they are."""
+    b, c = places[faces[:, 1]] - places[faces[:, 0]], places[faces[:, 2]] - places[faces[:, 0]]
+    return (b[:, 0] * c[:, 1] - b[:, 1] * c[:, 0]) / 2
+
+
+def sampled(
+    image: Float[np.ndarray, "h w *c"], points: Float[np.ndarray, "*p 2"], order: int = 1
+) -> Float[np.ndarray, "*p c"]:
+    """The image at points (x, y) in pixels; the border's value beyond it. NaN spreads to all that touch it."""
+    where = [points[..., 1], points[..., 0]]
+    flat = image.reshape(*image.shape[:2], -1)
+    channels = [ndimage.map_coordinates(flat[..., c], where, order=order, mode="nearest") for c in range(flat.shape[2])]
+    return np.stack(channels, axis=-1)
