@@ -31,8 +31,7 @@ from mien.faces.landmark_lift import lift_landmarks
 from mien.faces.registration import register_scan
 from mien.faces.scan_clean import cleaned
 from mien.io.meshes import read_scan
-from mien.mesh import Mesh, submesh, vertex_normals
-from mien.pictures.refine import loop_refinement
+from mien.mesh import Mesh, loop_subdivide, submesh, vertex_normals
 from mien.register import Rejection, Surface, procrustes, register_surface
 
 PACKAGE = "meshmonk==0.3.0"
@@ -145,14 +144,8 @@ def own_pairs(python: Path | None, folder: Path) -> list[dict]:
     template = template.with_vertices(placed.apply(template.vertices))
     return [
         *compare("own faces, 10k", python, template, target),
-        *compare("own faces, 40k", python, finer(template), finer(target)),
+        *compare("own faces, 40k", python, loop_subdivide(template)[0], loop_subdivide(target)[0]),
     ]
-
-
-def finer(mesh: Mesh) -> Mesh:
-    """Four times the triangles."""
-    step = loop_refinement(mesh.faces, len(mesh.vertices))
-    return Mesh(step.matrix @ mesh.vertices, step.faces)
 
 
 def staged(python: Path | None, seeds: int) -> list[dict]:

@@ -7,11 +7,11 @@ import pytest
 
 from mien.camera import Camera
 from mien.errors import BadInput
-from mien.mesh import Mesh, face_normals, vertex_normals
+from mien.mesh import Mesh, loop_refinement
 from mien.pictures import Look, Renderer, colors_of, frontal_camera, render
 from mien.pictures.color import to_linear, to_srgb
 from mien.pictures.colormap import MAPS, NOTHING, own_limits, table
-from mien.pictures.refine import eyeballs, loop_refinement
+from mien.pictures.eyes import eyeballs
 from mien.transforms import Transform, rotation_from_vector
 
 FLAT = Look(supersample=1, occlusion=0, softness=0.0, value_shading=0.0)
@@ -165,39 +165,6 @@ def test_either_winding_is_drawn_alike():
 def test_vertex_colours_show():
     image = render(square(colors=np.tile([0.9, 0.1, 0.1], (4, 1))), CAMERA, FACING)
     assert image[16, 16, 0] > 2.5 * image[16, 16, 1:].max()
-
-
-def test_loop_subdivision_by_hand():
-    """A tetrahedron: edge points 3/8 3/8 1/8 1/8, vertices 7/16 of themselves and 3/16 of each neighbour."""
-    faces = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])
-    finer = loop_refinement(faces, 4)
-    matrix = finer.matrix.toarray()
-    np.testing.assert_allclose(matrix[0], [7 / 16, 3 / 16, 3 / 16, 3 / 16])
-    edge = finer.faces[0, 1]  # between 0 and 1
-    np.testing.assert_allclose(matrix[edge], [3 / 8, 3 / 8, 1 / 8, 1 / 8])
-    np.testing.assert_allclose(finer.between.toarray()[edge], [1 / 2, 1 / 2, 0, 0])
-    assert finer.faces.shape == (16, 3)
-    assert finer.matrix.shape == (10, 4)
-
-
-def test_loop_subdivision_laws():
-    """Rows add up to one, a plane stays a plane, open edges keep to their line, a ball gets rounder."""
-    plane = square()
-    finer = loop_refinement(plane.faces, 4)
-    np.testing.assert_allclose(np.asarray(finer.matrix.sum(1)), 1)
-    np.testing.assert_allclose(np.asarray(finer.between.sum(1)), 1)
-    corners = finer.corners(plane.vertices[plane.faces])
-    np.testing.assert_allclose(corners, (finer.between @ plane.vertices)[finer.faces])
-    np.testing.assert_allclose((finer.matrix @ plane.vertices)[:, 2], 0)
-    coarse = ball(rounds=2)
-    smooth = loop_refinement(coarse.faces, len(coarse.vertices))
-    moved = smooth.matrix @ coarse.vertices
-
-    def facet_angle(vertices, faces):
-        flat, round_ = face_normals(vertices, faces), vertex_normals(vertices, faces)
-        return np.arccos(np.einsum("md,mcd->mc", flat, round_[faces])).max()
-
-    assert facet_angle(moved, smooth.faces) < 0.6 * facet_angle(coarse.vertices, coarse.faces)
 
 
 def test_eyes_are_known_by_their_shape():

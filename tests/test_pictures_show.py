@@ -12,8 +12,7 @@ from mien.cli.main import app
 from mien.errors import BadInput
 from mien.io.gltf import write_performance, write_rig
 from mien.io.meshes import write_mesh
-from mien.mesh import Mesh, Scan
-from mien.pictures.refine import loop_refinement
+from mien.mesh import Mesh, Scan, loop_refinement
 from mien.pictures.render import Look
 from mien.pictures.show import (
     Shot,

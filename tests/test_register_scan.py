@@ -16,8 +16,7 @@ from mien.faces.scan_clean import cleaned, outward, welded, wound_alike
 from mien.faces.template_parts import TemplateParts, carried
 from mien.io.gltf import read_rig
 from mien.io.meshes import read_scan, write_mesh
-from mien.mesh import Mesh, submesh, vertex_normals
-from mien.pictures.refine import loop_refinement
+from mien.mesh import Mesh, loop_subdivide, submesh, vertex_normals
 from mien.register import Template
 from mien.transforms import Transform, rotation_from_vector
 
@@ -46,8 +45,7 @@ def staged(tmp_path_factory):
     truth = person.vertices(weights)
     on_skin = np.isin(face.rig.neutral.faces, face.parts["skin"]).all(axis=1)
     skin, _ = submesh(person.neutral.with_vertices(truth), on_skin)
-    finer = loop_refinement(skin.faces, len(skin.vertices))
-    fine = Mesh(finer.matrix @ skin.vertices, finer.faces, colors=finer.between @ skin.colors)
+    fine, _ = loop_subdivide(skin)
     front, _ = submesh(fine, fine.vertices[fine.faces, 2].min(axis=1) > 0)
     T = Transform(rotation_from_vector(np.array([0.2, 0.5, 0.1])), np.array([0.4, 0.2, -0.3]), 0.001)
     path = tmp_path_factory.mktemp("scan") / "somebody.ply"

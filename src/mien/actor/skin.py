@@ -10,8 +10,7 @@ from jaxtyping import Bool, Float, Int
 
 from ..errors import BadInput
 from ..faces.landmarks import bundled_landmarks
-from ..mesh import Mesh, adjacency, submesh, vertex_normals
-from ..pictures.refine import loop_refinement
+from ..mesh import Mesh, adjacency, loop_refinement, submesh, vertex_normals
 from .complexion import complexion
 from .performer import Performer
 from .strain import StrainGauge, strain_gauge

@@ -5,8 +5,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ..mesh import Attachment, Mesh, Scan, closest_point, submesh, vertex_normals
-from ..pictures.refine import loop_refinement
+from ..mesh import Attachment, Mesh, Scan, closest_point, loop_refinement, subdivided, submesh, vertex_normals
 from ..progress import SILENT, Progress
 from ..register.correspond import Rejection, Surface
 from ..register.morph import LinearModel, MorphConfig, fit_model
@@ -213,7 +212,7 @@ def _refined(face, body: TemplateParts, mesh: Mesh, surface: Surface, anchors: A
         points = held.attachment.points(mesh)
         step = loop_refinement(mesh.faces, len(mesh.vertices))
         trust, is_skin = step.between @ trust, step.between @ is_skin
-        mesh = _subdivided(mesh, step)
+        mesh = subdivided(mesh, step)
         on_skin = np.flatnonzero((is_skin[mesh.faces] == 1).all(axis=1))
         skin, members = submesh(mesh, on_skin)
         there = closest_point(skin, points).attachment()
@@ -229,16 +228,6 @@ def _refined(face, body: TemplateParts, mesh: Mesh, surface: Surface, anchors: A
 
 def _trust(face: BundledFace, body: TemplateParts, config: RegisterConfig) -> Float[np.ndarray, " n"]:
     return np.maximum(face.regions["face"], config.off_face * body.trust) * (body.trust > 0)
-
-
-def _subdivided(mesh: Mesh, step) -> Mesh:
-    uv, uv_faces = mesh.uv, mesh.uv_faces
-    if uv is not None and uv_faces is not None:
-        corners = step.corners(uv[uv_faces])
-        uv, inverse = np.unique(corners.reshape(-1, 2), axis=0, return_inverse=True)
-        uv_faces = inverse.reshape(-1, 3)
-    colors = None if mesh.colors is None else step.between @ mesh.colors
-    return Mesh(step.matrix @ mesh.vertices, step.faces, uv, uv_faces, colors)
 
 
 def _quality(mesh: Mesh, surface: Surface, trust: np.ndarray, config) -> tuple[np.ndarray, np.ndarray]:

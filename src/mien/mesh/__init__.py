@@ -16,7 +16,8 @@ from .operators import (
     vertex_normals,
 )
 from .raster import SurfaceImage
-from .sample import blue_noise, farthest_points, loop_subdivide, random_points, transfer
+from .sample import blue_noise, farthest_points, random_points, transfer
+from .subdivide import Refinement, loop_refinement, loop_subdivide, subdivided
 
 __all__ = [
     "Attachment",
@@ -24,6 +25,7 @@ __all__ = [
     "ClosestPoint",
     "Cylinder",
     "Mesh",
+    "Refinement",
     "Scan",
     "SurfaceImage",
     "Unrolled",
@@ -38,11 +40,13 @@ __all__ = [
     "face_normals",
     "farthest_points",
     "fit_cylinder",
+    "loop_refinement",
     "loop_subdivide",
     "mass",
     "mean_curvature",
     "mean_edge_length",
     "random_points",
+    "subdivided",
     "submesh",
     "transfer",
     "uniform_laplacian",

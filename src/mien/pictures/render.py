@@ -11,12 +11,12 @@ from .._kernels.shade import bilinear, interpolate, lift, light, resolve
 from .._kernels.zbuffer import pixel_weights, zbuffer
 from ..camera import Camera
 from ..errors import BadInput
-from ..mesh import Mesh, vertex_normals
+from ..mesh import Mesh, loop_refinement, vertex_normals
 from ..transforms import Transform
 from .color import LEVEL_OF_ROOT, LINEAR_OF_BYTE, to_bytes, to_linear
 from .colormap import colors_of, own_limits
+from .eyes import eyeballs
 from .occlusion import ambient_occlusion
-from .refine import eyeballs, loop_refinement
 from .shadow import shadow_map
 
 

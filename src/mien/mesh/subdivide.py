@@ -1,18 +1,18 @@
-"""What a coarse surface gains before it is drawn: Loop's smooth subdivision, and eyes that are known by their shape."""
+"""Loop's smooth subdivision: as matrices for any vertex values, and of whole meshes."""
 
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from jaxtyping import Bool, Float, Int
-from scipy.sparse.csgraph import connected_components
+from jaxtyping import Float, Int
 
-from ..mesh import Mesh, adjacency
+from .mesh import Mesh
+from .operators import adjacency
 
 
 @dataclass(frozen=True)
 class Refinement:
-    """One round of Loop's subdivision as a matrix: triangle f becomes triangles 4 f .. 4 f + 3."""
+    """One round of Loop's subdivision as a matrix: old vertices first, triangle f becomes triangles 4 f .. 4 f + 3."""
 
     matrix: sp.csr_matrix
     """(n + edges, n): new vertices from old ones."""
@@ -27,6 +27,31 @@ class Refinement:
         ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
         parts = ((a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca))
         return np.stack([np.stack(part, 1) for part in parts], 1).reshape(-1, 3, values.shape[2])
+
+
+def loop_subdivide(mesh: Mesh, times: int = 1) -> tuple[Mesh, sp.csr_matrix]:
+    """The mesh with four triangles for each, smoothed by Loop's rules, and S (new, old): S @ vertices are its vertices.
+
+    Old vertices stay first. S serves any vertex values, such as blendshapes. Texture coordinates and colours go to
+    edge middles, unsmoothed, so that seams stay where they are.
+    """
+    S = sp.csr_matrix(sp.identity(len(mesh.vertices)))
+    for _ in range(times):
+        step = loop_refinement(mesh.faces, len(mesh.vertices))
+        mesh, S = subdivided(mesh, step), sp.csr_matrix(step.matrix @ S)
+    return mesh, S
+
+
+def subdivided(mesh: Mesh, step: Refinement) -> Mesh:
+    """The mesh after one round whose matrices are known already; see `loop_subdivide`."""
+    uv, uv_faces = mesh.uv, mesh.uv_faces
+    if uv is not None and uv_faces is None:
+        uv = step.between @ uv
+    elif uv is not None and uv_faces is not None:
+        seams = loop_refinement(uv_faces, len(uv))
+        uv, uv_faces = seams.between @ uv, seams.faces
+    colors = None if mesh.colors is None else step.between @ mesh.colors
+    return Mesh(step.matrix @ mesh.vertices, step.faces, uv, uv_faces, colors)
 
 
 def loop_refinement(faces: Int[np.ndarray, "m 3"], n: int) -> Refinement:
@@ -68,29 +93,3 @@ def _kept(faces, open_edges, n: int) -> sp.csr_matrix:
     through = borders == 2
     stays = np.where(inner, 1 - degree * beta, np.where(through, 3 / 4, 1.0))
     return sp.diags(stays) + sp.diags(np.where(inner, beta, 0)) @ A + sp.diags(np.where(through, 1 / 8, 0)) @ border
-
-
-def eyeballs(mesh: Mesh) -> Bool[np.ndarray, " n"]:
-    """Vertices of parts that are round and of an eye's size beside the whole: they shine, since eyes are wet.
-
-    A part is a connected piece of 30 vertices or more; round means that its vertices keep within 2.5 % (rms) of a
-    sphere, and its radius is between a fiftieth and a fifth of the mesh's.
-    """
-    found = np.zeros(len(mesh.vertices), dtype=bool)
-    whole = float(np.linalg.norm(np.ptp(mesh.vertices, axis=0))) / 2
-    _, part = connected_components(adjacency(mesh.faces, len(mesh.vertices)), directed=False)
-    order = np.argsort(part, kind="stable")
-    for members in np.split(order, np.flatnonzero(np.diff(part[order])) + 1):
-        if len(members) >= 30:
-            found[members] = _is_eyeball(mesh.vertices[members], whole)
-    return found
-
-
-def _is_eyeball(vertices: Float[np.ndarray, "k 3"], whole: float) -> bool:
-    points = vertices - vertices.mean(0)
-    if np.ptp(points, axis=0).max() > 0.45 * whole:
-        return False
-    solved = np.linalg.lstsq(np.c_[2 * points, np.ones(len(points))], (points**2).sum(1), rcond=None)[0]
-    radius = float(np.sqrt(max(solved[3] + solved[:3] @ solved[:3], 0.0)))
-    off = np.linalg.norm(points - solved[:3], axis=1) - radius
-    return bool(0.02 * whole < radius < 0.2 * whole and np.sqrt(np.mean(off**2)) < 0.025 * radius)
