@@ -1,5 +1,6 @@
 """`mien demo rgbd`: a staged RGB-D film becomes a rig and a performance, is taken apart stage by stage, and scored."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -7,8 +8,6 @@ from scipy.ndimage import minimum_filter
 
 RATE = 30.0
 SECONDS = 12.0
-FRAMES = 6
-"""Frames in the preview."""
 
 
 def demo_rgbd(folder: Path, seed: int, seconds: float | None) -> None:
@@ -16,7 +15,6 @@ def demo_rgbd(folder: Path, seed: int, seconds: float | None) -> None:
     from ..actor import score_performance
     from ..io.gltf import write_performance, write_rig
     from ..io.rgbd import read_rgbd, write_rgbd
-    from ..markers.report import telling_frames
     from ..pictures import write_png
     from ..tracking.model import tracking_model
     from ..tracking.personalize import personalize
@@ -37,11 +35,11 @@ def demo_rgbd(folder: Path, seed: int, seconds: float | None) -> None:
         person.landmarks.save(beside(folder / "rig.glb"))
         tracked = track_take(take, person.rig, person.landmarks, eyes, progress=progress)
         write_performance(folder / "perf.glb", tracked.performance)
-        picture = preview(take, tracked, telling_frames(tracked.performance, FRAMES), progress=progress)
+        picture = preview(take, tracked, shown(script), progress=progress)
         write_png(folder / "preview.png", picture)
         study = compare(take, tracking_model(person.rig, person.landmarks), eyes, left_out(), progress=progress)
         score = score_performance(tracked.performance, staged.truth)
-        report = take_report(take, tracked, picture, spans=spans(script))
+        report = take_report(replace(take, name="A staged film"), tracked, picture, spans=spans(script))
         add_truth(report, score, staged.truth, tracked, eyes)
         add_stages(report, study, staged.truth)
         add_learning(report, study, tracked, script)
@@ -68,6 +66,12 @@ def spans(script) -> list[tuple[float, float, str]]:
     """The expressions as a chart shades them, a little apart."""
     rate = script.rate
     return [(a / rate + 0.05, b / rate - 0.05, name.removesuffix(" again")) for name, a, b in script.cues[1:]]
+
+
+def shown(script) -> list[int]:
+    """Frames for the preview: the middle of the calm part and of every expression's second time."""
+    cues = [script.cues[0], *(cue for cue in script.cues if cue[0].endswith("again"))]
+    return [(start + end) // 2 for _, start, end in cues]
 
 
 def add_truth(report, score, truth, tracked, eyes) -> None:
@@ -100,17 +104,19 @@ def weight_errors(truth, tracked, eyes) -> tuple[float, float]:
 
 def add_stages(report, study, truth) -> None:
     """The paper's fig. 5: every tracker's errors, and their faces in the strongest frame of the second half."""
-    from ..tracking.report import heat_pairs
+    from ..tracking.report import faces_sheet
 
     scores = {name: variant_score(study, name, truth, np.flatnonzero(truth.in_view)[::2]) for name in study.variants}
     frame = telling(next(iter(scores.values())), truth)
     moved = truth.vertices(np.array([frame]))[0]
     errors = {name: expression_error(study, name, truth, frame) for name in study.variants}
     rest = np.where(face(), np.linalg.norm(moved - truth.neutral.vertices, axis=1), np.nan)
-    shapes = {"the truth, and how far it is from rest": (moved, rest)}
-    shapes |= {name: (study.vertices(name, frame), values) for name, values in errors.items()}
+    cells = [("the truth", moved, None), ("its way from rest", moved, rest)]
+    for name, values in errors.items():
+        vertices = study.vertices(name, frame)
+        cells += [(name, vertices, None), ("", vertices, values)]
     report.heading("Leaving stages out, one by one (fig. 5 of the paper)").figure(
-        heat_pairs(study.model.rig, shapes, _round_up(np.nanpercentile(list(errors.values()), 98))),
+        faces_sheet(study.model.rig, cells, _round_up(np.nanpercentile(list(errors.values()), 98))),
         f"The frame at {frame / truth.rate:.2f} s, the strongest expression of the second half. In colours: how far "
         "each vertex's displacement from rest is from the true one, mm.",
     )
@@ -163,7 +169,8 @@ def face() -> np.ndarray:
 
 def add_learning(report, study, tracked, script) -> None:
     """The paper's fig. 7, how well the learnt space says a new expression, and a table beside fig. 11."""
-    from ..tracking.report import heat_pairs
+    from ..tracking.report import faces_sheet
+    from ..tracking.study import FULL
 
     if not study.learnt:
         report.text("No frame was far enough from the blendshapes to teach a corrective.")
@@ -173,21 +180,20 @@ def add_learning(report, study, tracked, script) -> None:
     apex = start + int(np.nanargmax(tracked.to_anchors[start:end]))
     moments = {
         "blendshapes alone": None,
-        "before this expression": study.known_by(start),
-        "as it is made": study.known_by(apex),
-        "once it was seen": study.known_by(end),
-        "at the end of the take": study.known_by(last),
+        "known before": study.known_by(start),
+        "known at this moment": study.known_by(apex),
+        "known once it was over": study.known_by(end),
+        "known at the end": study.known_by(last),
     }
-    whole = study.vertices("all stages", apex)
-    shapes = {}
-    for label, space in moments.items():
-        values = np.full(len(whole), np.nan)
-        values[study.model.front] = np.linalg.norm(study.outside(apex, space), axis=1)
-        shapes[label] = (whole, values)
+    whole = study.vertices(FULL, apex)
+    errors = {told: off_space(study, apex, space) for told, space in moments.items()}
+    limit = _round_up(np.nanpercentile(errors["blendshapes alone"], 99))
+    cells = [(f"{name}, {apex / script.rate:.2f} s", whole, None)]
+    cells += [(told, whole, values) for told, values in errors.items()]
     report.heading("What the correctives learn (fig. 7 of the paper)").figure(
-        heat_pairs(study.model.rig, shapes, _round_up(np.nanpercentile(shapes["blendshapes alone"][1], 99))),
-        f'"{name}" at {apex / script.rate:.2f} s: how far its final mesh is from what blendshapes and correctives can '
-        "say, with the correctives as they were at five moments.",
+        faces_sheet(study.model.rig, cells, limit, columns=3),
+        "How far the final mesh of one frame is from what the blendshapes and the correctives can say, mm, with the "
+        "correctives as they were at several moments of the take.",
     )
     rows = [
         (cue, f"{np.nanmax(tracked.to_anchors[a:b]):.2f} mm", f"{np.nanmax(tracked.to_adaptive[a:b]):.2f} mm",
@@ -199,6 +205,13 @@ def add_learning(report, study, tracked, script) -> None:
         rows, ("expression", "to the anchors, most", "to the adaptive space, most", "taken up by the correctives"),
         "Every expression, the first time and again.",
     )  # fmt: skip
+
+
+def off_space(study, frame: int, correctives) -> np.ndarray:
+    """(n,) what the adaptive space with these correctives cannot say of a frame's final mesh, mm; NaN off the front."""
+    values = np.full(len(study.model.rig.neutral.vertices), np.nan)
+    values[study.model.front] = np.linalg.norm(study.outside(frame, correctives), axis=1)
+    return values
 
 
 def _most_learnt(study, script) -> tuple[tuple[str, int, int], int]:

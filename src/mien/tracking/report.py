@@ -1,6 +1,6 @@
 """What tracking found, in pictures and figures."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -47,7 +47,7 @@ class Crop:
 
 
 def preview(
-    take: RgbdTake, tracked: Tracked, frames: Sequence[int], size: int = 300, progress: Progress = SILENT
+    take: RgbdTake, tracked: Tracked, frames: Sequence[int], size: int = 240, progress: Progress = SILENT
 ) -> UInt8[np.ndarray, "h w 3"]:
     """Colour, depth and tracked face side by side, two frames a row; `size` pixels a picture."""
     performance = tracked.performance
@@ -64,7 +64,7 @@ def preview(
                 parts.append(crop.cut(depth_colors(frame.depth, distance), smooth=False))
             parts.append(renderer.draw(crop.camera(take.camera), T_camera_face[t], vertices=vertices))
             held = "" if performance.tracked[t] else "  head not in sight, held"
-            rows.append(label(hstack(parts, gap=2), f"{t / performance.rate:.2f} s{held}", 15))
+            rows.append(label(hstack(parts, gap=2), f"{t / performance.rate:.2f} s{held}", 22))
             progress.update("drawing", len(rows), len(wanted))
         if t >= max(wanted):
             break
@@ -94,27 +94,24 @@ def _crops(performance: Performance, T_camera_face: Transform, camera: Camera, f
     return {t: Crop(round(x), round(y), side, size) for t, (x, y) in corners.items()}
 
 
-def heat_pairs(
-    rig: Rig,
-    shapes: Mapping[str, tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"]]],
-    limit: float,
-    columns: int = 2,
-    size: int = 300,
-) -> UInt8[np.ndarray, "h w 3"]:
-    """Named shapes of a rig (vertices, one value a vertex in mm), each shaded, with the values in colours beside it."""
+Cell = tuple[str, Float[np.ndarray, "n 3"], Float[np.ndarray, " n"] | None]
+"""A caption, a rig's vertices (mm), and one value a vertex (mm) where they are to be shown as colours."""
+
+
+def faces_sheet(rig: Rig, cells: Sequence[Cell], limit: float, columns: int = 4) -> UInt8[np.ndarray, "h w 3"]:
+    """Shapes of a rig, shaded or as heat maps from 0 to `limit` mm, with captions above and one scale."""
     neutral, look = rig.neutral, rig_look(rig.neutral)
     forward = neutral.vertices[neutral.vertices[:, 2] > np.median(neutral.vertices[:, 2])]
-    view = frontal_camera(neutral, (size, round(size * 1.16)), frame=forward, margin=0.03)
+    view = frontal_camera(neutral, (260, 300), frame=forward, margin=0.03)
     plain, heat = Renderer(neutral, look), Renderer(neutral, replace(look, limits=(0.0, limit), value_shading=0.35))
 
-    def draw(item) -> np.ndarray:
-        name, (vertices, values) = item
-        pair = [plain.draw(*view, vertices=vertices), heat.draw(*view, vertices=vertices, values=values)]
-        row = hstack(pair, gap=0)
-        caption = label(np.full((30, row.shape[1], 3), PAPER, dtype=np.uint8), name, 17)
-        return np.concatenate([caption, row])
+    def draw(cell: Cell) -> np.ndarray:
+        name, vertices, values = cell
+        face = (plain if values is None else heat).draw(*view, vertices=vertices, values=values)
+        caption = label(np.full((30, face.shape[1], 3), PAPER, dtype=np.uint8), name, 16)
+        return np.concatenate([caption, face])
 
-    sheet = contact_sheet(list(side_by_side(draw, shapes.items())), columns=columns, gap=6)
+    sheet = contact_sheet(list(side_by_side(draw, cells)), columns=columns, gap=3)
     return hstack([sheet, scale_bar(84, sheet.shape[0], (0.0, limit), upright=True)], gap=0)
 
 

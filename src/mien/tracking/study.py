@@ -19,12 +19,12 @@ FULL = "all stages"
 
 
 def left_out(config: TrackConfig = TrackConfig()) -> dict[str, TrackConfig]:
-    """The paper's fig. 5: the tracker whole, then with one stage left out, then the blendshapes alone."""
+    """The paper's fig. 5: the tracker whole, then with one stage left out, then rigid motion and blendshapes alone."""
     return {
-        "rigid motion and blendshapes alone": replace(config, adaptive=False, correctives=False, output=False),
-        "without the adaptive space": replace(config, adaptive=False, correctives=False),
+        "blendshapes alone": replace(config, adaptive=False, correctives=False, output=False),
+        "without adaptive space": replace(config, adaptive=False, correctives=False),
         "without correctives": replace(config, correctives=False),
-        "without the output deformation": replace(config, output=False),
+        "without output deformation": replace(config, output=False),
         FULL: config,
     }
 
