@@ -7,16 +7,16 @@ import pytest
 from mien.cli.register import register
 from mien.errors import BadInput
 from mien.faces.bundled import load_face
-from mien.faces.landmark_lift import LiftConfig
+from mien.faces.landmark_lift import LiftConfig, lift_landmarks
 from mien.faces.landmark_model import model_path
 from mien.faces.landmarks import bundled_landmarks
 from mien.faces.registration import RegisterConfig, register_scan, registered_rig
 from mien.faces.registration_report import registration_record
-from mien.faces.scan_clean import cleaned, outward, welded, wound_alike
+from mien.faces.scan_clean import cleaned, mended, outward, welded, wound_alike
 from mien.faces.template_parts import TemplateParts, carried
 from mien.io.gltf import read_rig
 from mien.io.meshes import read_scan, write_mesh
-from mien.mesh import Mesh, loop_subdivide, submesh, vertex_normals
+from mien.mesh import Mesh, Scan, loop_subdivide, submesh, vertex_normals
 from mien.register import Template
 from mien.transforms import Transform, rotation_from_vector
 
@@ -174,6 +174,51 @@ def test_non_manifold_edges_do_no_harm():
     fin = np.concatenate([mesh.vertices, mesh.vertices[[0]] + 5.0])
     faces = np.concatenate([mesh.faces, [[*mesh.faces[0, :2], len(mesh.vertices)]]])
     assert len(cleaned(Mesh(fin, faces)).faces) == len(faces)
+
+
+def test_what_was_mended_is_told():
+    mesh = welded(ball())
+    assert mended(mesh)[1] == ()
+    soup = np.concatenate([mesh.faces[:, ::-1], mesh.faces[:1, ::-1]])
+    broken = Mesh(mesh.vertices[soup].reshape(-1, 3), np.arange(3 * len(soup)).reshape(-1, 3))
+    clean, notes = mended(broken)
+    assert len(clean.vertices) == len(mesh.vertices)
+    assert [line.split()[0] for line in notes] == [str(3 * len(soup) - len(mesh.vertices)), "1", str(len(mesh.faces))]
+    assert "twins" in notes[0]
+    assert "inner side" in notes[2]
+    fin = Mesh(np.concatenate([mesh.vertices, mesh.vertices[:1] * 1.2]),
+               np.concatenate([mesh.faces, [[*mesh.faces[0, :2], len(mesh.vertices)]]]))  # fmt: skip
+    assert any(note.startswith("1 edges of more than two triangles") for note in mended(fin)[1])
+
+
+@needs_model
+def test_a_scan_with_faults_is_registered_all_the_same(found, staged):
+    """Triangle soup, inside out, with a fin on an edge: the same face, and the faults told."""
+    scan = read_scan(staged[0])
+    mesh, fin = scan.mesh, scan.mesh.vertices[:1] + 0.001
+    faces = np.concatenate([mesh.faces[:, ::-1], [[*mesh.faces[0, :2], len(mesh.vertices)]]])
+    soup = np.concatenate([mesh.vertices, fin])[faces].reshape(-1, 3)
+    broken = Scan(Mesh(soup, np.arange(len(soup)).reshape(-1, 3)), name="broken")
+    again = register_scan(broken, landmarks=found.landmarks, config=QUICK)
+    np.testing.assert_allclose(again.mesh.vertices, found.mesh.vertices, atol=0.2)
+    assert len(again.mended) == 3
+    assert registration_record(again)["mended"] == list(again.mended)
+    assert found.mended == ()
+
+
+@pytest.mark.parametrize(
+    ("vertices", "faces", "says"),
+    [
+        (np.zeros((0, 3)), np.zeros((0, 3), int), "scan: is empty"),
+        (np.ones((4, 3)), np.zeros((0, 3), int), "4 points but no triangles"),
+        (np.array([[0.0, 0, 0], [1, 0, 0], [0, np.nan, 0]]), np.array([[0, 1, 2]]), "1 vertices are not finite"),
+    ],
+)
+def test_what_is_no_surface_is_refused(vertices, faces, says):
+    scan = Scan(Mesh(vertices, faces))
+    for refuses in (register_scan, lift_landmarks):
+        with pytest.raises(BadInput, match=says):
+            refuses(scan)
 
 
 def test_hidden_skin_goes_with_what_is_shown():

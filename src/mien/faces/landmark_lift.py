@@ -16,7 +16,7 @@ from ..register import procrustes
 from ..transforms import Transform
 from .bundled import load_face
 from .landmarks import COUNT, FaceLandmarker, Landmarks2D, bundled_landmarks
-from .scan_clean import wound_alike
+from .scan_clean import check_scan, wound_alike
 
 UNITS_MM = {"mm": 1.0, "cm": 10.0, "in": 25.4, "dm": 100.0, "m": 1000.0}
 """Units that a scan may be in, by how many millimetres they have."""
@@ -77,9 +77,10 @@ def lift_landmarks(scan: Scan, config: LiftConfig | None = None) -> Landmarks3D:
     face survives. Then the face is looked at from the front and from a few sides: each landmark is the views' median.
 
     Raises:
-        BadInput: no face, or more than one head.
+        BadInput: no surface, no face, or more than one head.
     """
     config = config or LiftConfig()
+    check_scan(scan)
     scan = replace(scan, mesh=wound_alike(scan.mesh))
     with FaceLandmarker(faces=3, confidence=0.4) as landmarker:
         seen = _look(scan, _find(scan, landmarker, config), config.views, landmarker, config)
@@ -93,7 +94,7 @@ def lift_landmarks(scan: Scan, config: LiftConfig | None = None) -> Landmarks3D:
 def landmarks_near(
     scan: Scan, T_face_scan: Transform, config: LiftConfig | None = None
 ) -> tuple[Float[np.ndarray, "478 3"], Float[np.ndarray, " 478"]] | None:
-    """Landmarks of a scan whose pose is known: (points, spread) as in `Landmarks3D`; None where no view shows a face."""
+    """Landmarks of a scan in a known pose: (points, spread) as in `Landmarks3D`; None where no view shows a face."""
     config = config or LiftConfig()
     with FaceLandmarker(faces=3, confidence=0.4) as landmarker:
         seen = _look(scan, T_face_scan, config.views, landmarker, config)

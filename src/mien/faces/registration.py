@@ -15,7 +15,7 @@ from ..transforms import Transform
 from .bundled import BundledFace, load_face
 from .landmark_lift import Landmarks3D, LiftConfig, lift_landmarks
 from .landmarks import LandmarkSet, bundled_landmarks
-from .scan_clean import cleaned
+from .scan_clean import check_scan, mended
 from .template_parts import TemplateParts, carried, parts_follow
 
 SET_ASIDE = ("eyeLook", "tongueOut", "mouthClose")
@@ -94,6 +94,8 @@ class Registration:
     """Coefficients of the model fit, standard deviations; see `BundledFace.identity`."""
     expression: dict[str, float]
     """Weights of the model fit, ARKit names."""
+    mended: tuple[str, ...] = ()
+    """What was wrong with the scan and was put right, one line a fault."""
 
 
 def register_scan(
@@ -106,13 +108,14 @@ def register_scan(
     """The bundled face's topology on a scan: find landmarks, fit the model, then the surface.
 
     Raises:
-        BadInput: no face in the scan, or more than one head.
+        BadInput: no surface, no face in the scan, or more than one head.
     """
     face, config = face or load_face(), config or RegisterConfig()
+    check_scan(scan)
     progress.update("registering", 0, 4)
     landmarks = landmarks or lift_landmarks(scan, config.lift)
     body = TemplateParts(face)
-    target = cleaned(scan.mesh.with_vertices(landmarks.T_face_scan.apply(scan.mesh.vertices)))
+    target, notes = mended(scan.mesh.with_vertices(landmarks.T_face_scan.apply(scan.mesh.vertices)))
     progress.update("registering", 1, 4)
     anchors = _anchors(landmarks, bundled_landmarks(), landmarks.T_face_scan.apply(landmarks.points))
     fitted, identity, weights = _fit_model(face, body, Surface(target), anchors, landmarks.scores, config)
@@ -128,7 +131,7 @@ def register_scan(
     distances, reliable = _quality(mesh, surface, trust, config)
     regions = _region_errors(face, config.density, distances, reliable)
     progress.update("registering", 4, 4)
-    return Registration(mesh, T_face_scan, distances, reliable, regions, landmarks, identity, weights)
+    return Registration(mesh, T_face_scan, distances, reliable, regions, landmarks, identity, weights, notes)
 
 
 def _anchors(landmarks: Landmarks3D, landmark_set: LandmarkSet, points: np.ndarray) -> Anchors:

@@ -51,6 +51,7 @@ def registration_record(found: Registration) -> dict:
         "inside_out": found.landmarks.inside_out,
         "landmark_misfit_mm": found.landmarks.misfit,
         "regions": {name: _clean(asdict(error)) for name, error in found.regions.items()},
+        "mended": list(found.mended),
         "unreliable": [name for name, error in found.regions.items() if error.covered < 0.5],
         "expression": {name: round(w, 4) for name, w in found.expression.items() if w > 0.01},
     }
@@ -74,6 +75,8 @@ def registration_report(scan: Scan, found: Registration) -> Report:
         [(name, f"{e.mean:.3f}", f"{e.p95:.3f}", f"{e.covered:.0%}") for name, e in found.regions.items()],
         ("region", "mean, mm", "95th percentile, mm", "covered"),
     )
+    if found.mended:
+        report.text(f"Put right in the scan: {'; '.join(found.mended)}.")
     doubtful = [name for name, e in found.regions.items() if e.covered < 0.5]
     if doubtful:
         report.text(f"Not reliable, since the scan shows less than half of them: {', '.join(doubtful)}.")

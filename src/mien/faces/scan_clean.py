@@ -1,13 +1,15 @@
 """What is done to a scan before anything is fitted to it: weld, drop what is no surface, turn the right side out."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import igl
 import numpy as np
 from jaxtyping import Float, Int
 from scipy.sparse.csgraph import connected_components
 
-from ..mesh import Mesh, adjacency, face_areas, face_normals
+from ..io.meshes import check_surface
+from ..mesh import Mesh, Scan, adjacency, face_areas, face_normals
 from ..pictures.raycast import RayCaster
 
 
@@ -16,7 +18,42 @@ def cleaned(mesh: Mesh) -> Mesh:
 
     Texture coordinates and colours are dropped; vertices get new numbers.
     """
-    return outward(welded(mesh))
+    return mended(mesh)[0]
+
+
+def mended(mesh: Mesh) -> tuple[Mesh, tuple[str, ...]]:
+    """`cleaned`, and what was wrong: one plain line a fault."""
+    once = welded(mesh)
+    right = outward(once)
+    notes = []
+    double = len(np.unique(mesh.faces)) - len(once.vertices)
+    if double > 0:
+        notes.append(f"{double} duplicated vertices made one with their twins")
+    dropped = len(mesh.faces) - len(once.faces)
+    if dropped:
+        notes.append(f"{dropped} triangles without area or given twice left out")
+    forks = fork_edges(once.faces)
+    if forks:
+        notes.append(f"{forks} edges of more than two triangles (non-manifold) left as they are")
+    turned = int((right.faces != once.faces).any(axis=1).sum())
+    if turned:
+        notes.append(f"{turned} of {len(once.faces)} triangles showed their inner side: turned outward")
+    return right, tuple(notes)
+
+
+def fork_edges(faces: Int[np.ndarray, "m 3"]) -> int:
+    """How many edges have more than two triangles."""
+    ends = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    return int((np.unique(ends, axis=0, return_counts=True)[1] > 2).sum())
+
+
+def check_scan(scan: Scan) -> None:
+    """Refuse what is no surface.
+
+    Raises:
+        BadInput: no vertices, no triangles, a vertex that is not finite.
+    """
+    check_surface(Path(scan.name or "scan"), scan.mesh)
 
 
 def welded(mesh: Mesh) -> Mesh:
