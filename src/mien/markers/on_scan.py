@@ -227,3 +227,34 @@ def _signed(x: np.ndarray, found) -> Float[np.ndarray, " markers"]:
 def _rms(pairs) -> float:
     _, weights, rest = pairs
     return float(np.sqrt((rest[weights > 0] ** 2).mean())) if (weights > 0).any() else float("nan")
+
+
+def packed(found: MarkersOnScans) -> dict[str, np.ndarray]:
+    """As arrays, to be stored."""
+    arrays = {
+        "rotation": np.stack([f.T_head_scan.rotation for f in found.scans]),
+        "translation": np.stack([f.T_head_scan.translation for f in found.scans]),
+        "faces": np.stack([f.attachment.faces for f in found.scans]),
+        "barycentric": np.stack([f.attachment.barycentric for f in found.scans]),
+        "standoff": found.standoff,
+    }
+    names = ("markers", "mix", "off", "covered", "rigid_rms")
+    return arrays | {name: np.stack([getattr(f, name) for f in found.scans]) for name in names}
+
+
+def unpacked(arrays: dict[str, np.ndarray]) -> MarkersOnScans:
+    """What `packed` took apart."""
+    a = arrays
+    scans = tuple(
+        MarkersOnScan(
+            T_head_scan=Transform(a["rotation"][i], a["translation"][i]),
+            attachment=Attachment(a["faces"][i], a["barycentric"][i]),
+            markers=a["markers"][i],
+            mix=a["mix"][i],
+            off=a["off"][i],
+            rigid_rms=float(a["rigid_rms"][i]),
+            covered=a["covered"][i],
+        )
+        for i in range(len(a["mix"]))
+    )
+    return MarkersOnScans(scans, a["standoff"])

@@ -1,0 +1,154 @@
+"""The bundled topology as the template of many scans: made on the calmest one, deformed to all (Huang 2011, sec. 6)."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from ..faces.bundled import BundledFace
+from ..faces.landmarks import bundled_landmarks
+from ..faces.template_parts import TemplateParts, carried
+from ..mesh import Attachment, Mesh, closest_point, submesh
+from ..mesh.subdivide import loop_refinement
+from ..register import Anchors, NonrigidConfig, Surface, Template, procrustes
+
+EIGHT: tuple[str, ...] = (
+    "forehead_left", "forehead_right", "eye_left", "eye_right", "cheek_left", "cheek_right", "mouth", "chin",
+)  # fmt: skip
+"""The regions of the fine-scale step (sec. 6.2, fig. 6)."""
+
+FOLLOW_MM = 30.0
+"""How near skin must be to take teeth and tongue along; eyeballs 18 mm."""
+
+
+@dataclass(frozen=True)
+class ScanTemplate:
+    """A mesh in the bundled topology (subdivided or not), and which of it scans show."""
+
+    mesh: Mesh
+    """On the reference scan, face space, mm; eyes and teeth too."""
+    skin_faces: Int[np.ndarray, " f"]
+    """Triangles of skin."""
+    members: Int[np.ndarray, " n"]
+    """Vertices of skin: the rows of `skin`'s vertices in `mesh`."""
+    skin: Template
+    """The skin alone, made ready to be deformed."""
+    trust: Float[np.ndarray, " n"]
+    """How far closest points of the skin's vertices are believed: 0 in caves, 1 on the open face."""
+    regions: dict[str, Float[np.ndarray, " n"]]
+    """Masks over the skin's vertices: `face` and the eight of the fine-scale step."""
+    parts: dict[str, Int[np.ndarray, " _"]]
+    """Vertices of each eye, the teeth and the tongue."""
+
+    @cached_property
+    def shown(self) -> Bool[np.ndarray, " n"]:
+        """Skin that scans show."""
+        return self.trust > 0
+
+    def whole(self, skin: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "all 3"]:
+        """All vertices when the skin is at `skin`: what lies hidden goes with what is shown, parts ride rigidly."""
+        before, after = self.mesh.vertices, self.mesh.vertices.copy()
+        after[self.members] = carried(self.skin, skin, self.shown)
+        for name, part in self.parts.items():
+            reach = 18.0 if name.endswith("eye") else FOLLOW_MM
+            off = np.linalg.norm(before[self.members] - before[part].mean(axis=0), axis=1)
+            weights = np.exp(-((off / reach) ** 2)) * self.shown
+            moved = procrustes(before[self.members], after[self.members], weights).transform
+            after[part] = moved.apply(before[part])
+        return after
+
+
+def make_template(mesh: Mesh, face: BundledFace, off_face: float = 0.15) -> ScanTemplate:
+    """A template of a mesh that has the bundled topology, subdivided any number of times (face space, mm)."""
+    masks = {name: face.regions[name] for name in ("face", *EIGHT)}
+    body = TemplateParts(face)
+    trust = np.maximum(face.regions["face"], off_face * body.trust) * (body.trust > 0)
+    kinds = {name: _mask(part, len(trust)) for name, part in face.parts.items()}
+    faces, values = face.rig.neutral.faces, np.stack([trust, *masks.values(), *kinds.values()], 1)
+    while len(faces) < len(mesh.faces):
+        step = loop_refinement(faces, len(values))
+        faces, values = step.faces, step.between @ values
+    trust, masks, kinds = values[:, 0], values[:, 1 : 1 + len(masks)], values[:, 1 + len(masks) :]
+    parts = dict(zip(face.parts, (np.flatnonzero(kind == 1.0) for kind in kinds.T), strict=True))
+    on_skin = _mask(parts.pop("skin"), len(trust)) > 0
+    skin_faces = np.flatnonzero(on_skin[mesh.faces].all(axis=1))
+    skin, members = submesh(mesh, skin_faces)
+    regions: dict[str, np.ndarray] = {name: masks[members, i] for i, name in enumerate(("face", *EIGHT))}
+    return ScanTemplate(mesh, skin_faces, members, Template(skin), trust[members], regions, parts)
+
+
+def _mask(members: np.ndarray, n: int) -> Float[np.ndarray, " n"]:
+    mask = np.zeros(n)
+    mask[members] = 1.0
+    return mask
+
+
+@dataclass(frozen=True)
+class CoarseConfig:
+    """The large-scale step (sec. 6.1, eq. 7), with the paper's weights."""
+
+    nonrigid: NonrigidConfig = field(default_factory=lambda: NonrigidConfig(coarse=()))
+    """w1 = 10000, w2 = 1, w3 = 0.1, 0.5, 2."""
+    landmarks: float = 0.1
+    """Weight of lip and lid landmarks, against `nonrigid.markers` of a marker; 0: none, as in the paper."""
+    landmark_slack: float = 1.5
+    """A landmark on which the views disagree by this much counts half, mm."""
+
+
+LIPS_AND_LIDS = ("lips_outer", "lips_inner", "eye_left", "eye_right")
+
+
+@dataclass(frozen=True)
+class Landmarks:
+    """Lips and lids as a detector sees them on a scan."""
+
+    points: Float[np.ndarray, "478 3"]
+    """Face space, mm; NaN where not seen."""
+    spread: Float[np.ndarray, " 478"]
+    """How far the views disagree, mm."""
+
+
+def deform(
+    template: ScanTemplate,
+    surface: Surface,
+    attachment: Attachment,
+    markers: Float[np.ndarray, "markers 3"],
+    covered: Bool[np.ndarray, " markers"],
+    seen: tuple[Landmarks, Landmarks] | None = None,
+    config: CoarseConfig = CoarseConfig(),
+) -> Float[np.ndarray, "n 3"]:
+    """The template's skin on one scan: eq. 7, markers to markers, then the surface three times, ever more firmly.
+
+    Beside the paper: lips and lids, which have few markers or none, are held by landmarks, on the template where the
+    detector saw them on the reference scan, so that its own bias takes itself off.
+
+    Args:
+        surface: the scan in face space, mm.
+        attachment: markers' skin points on the template's skin.
+        markers: the same on the scan.
+        seen: landmarks on the reference scan and on this one.
+    """
+    weights = covered.astype(float)
+    anchors = Anchors(attachment, markers, weights)
+    if seen is not None and config.landmarks:
+        anchors = _joined(anchors, _landmark_anchors(template, *seen, config))
+    return template.skin.register(surface, anchors, config.nonrigid, trust=template.trust).vertices
+
+
+def _landmark_anchors(template: ScanTemplate, there: Landmarks, here: Landmarks, config: CoarseConfig) -> Anchors:
+    groups = bundled_landmarks().groups
+    used = np.unique(np.concatenate([groups[name] for name in LIPS_AND_LIDS]))
+    used = used[np.isfinite(there.points[used]).all(axis=1) & np.isfinite(here.points[used]).all(axis=1)]
+    on_template = closest_point(template.skin.mesh, there.points[used]).attachment()
+    spread = there.spread[used] ** 2 + here.spread[used] ** 2
+    weights = config.landmarks / config.nonrigid.markers / (1 + spread / config.landmark_slack**2)
+    return Anchors(on_template, here.points[used], weights)
+
+
+def _joined(a: Anchors, b: Anchors) -> Anchors:
+    attachment = Attachment(
+        np.concatenate([a.attachment.faces, b.attachment.faces]),
+        np.concatenate([a.attachment.barycentric, b.attachment.barycentric]),
+    )
+    return Anchors(attachment, np.concatenate([a.points, b.points]), np.concatenate([a.weights, b.weights]))
