@@ -1,13 +1,20 @@
 """Which triangle of one face belongs to which of another, by the landmarks of both."""
 
 import numpy as np
-from jaxtyping import Int
+from jaxtyping import Bool, Float, Int
 from scipy.interpolate import RBFInterpolator
+from scipy.spatial import cKDTree
 
 from ..register.rigid import procrustes
 from ..rig import Rig
 from ..rig.transfer import nearest_faces
+from ..transforms import Transform
 from .features import IRISES, LandmarkMap, feature_points, landmarks_of
+
+BELIEVED = 25.0
+"""A landmark farther off than this, mm, after the two faces were laid on one another is misplaced."""
+FADE = 60.0
+"""Millimetres from the nearest landmark at which the bending has faded out."""
 
 
 def match_faces(
@@ -16,7 +23,7 @@ def match_faces(
     """The source triangle that rules each target triangle: a correspondence for deformation transfer.
 
     The target is laid on the source by a similarity, then bent by a thin-plate spline through the landmarks; what then
-    lies nearest belongs together.
+    lies nearest belongs together. Away from all landmarks the bending fades: what a spline says there is a guess.
 
     Args:
         landmarks: of the source and of the target; found by looking at them where not given.
@@ -29,10 +36,27 @@ def match_faces(
     known[IRISES.start :] = False
     goal = feature_points(on_source, source.neutral)[known]
     spots = feature_points(on_target, target.neutral)[known]
-    similarity = procrustes(spots, goal, scale=True).transform
+    similarity, sound = _laid(spots, goal)
+    goal, spots = goal[sound], spots[sound]
     start = similarity.apply(spots)
     bend = RBFInterpolator(start, goal - start, smoothing=1.0, neighbors=60, degree=1)
     laid = similarity.apply(target.neutral.vertices)
-    near = np.linalg.norm(laid - goal.mean(0), axis=1) < 2.0 * np.linalg.norm(goal - goal.mean(0), axis=1).max()
-    laid[near] += bend(laid[near])
+    away = cKDTree(start).query(laid)[0]
+    near = away < FADE
+    laid[near] += bend(laid[near]) * (1 + np.cos(np.pi * away[near] / FADE))[:, None] / 2
     return nearest_faces(source.neutral, target.neutral.with_vertices(laid))
+
+
+def _laid(
+    spots: Float[np.ndarray, "k 3"], goal: Float[np.ndarray, "k 3"]
+) -> tuple[Transform, Bool[np.ndarray, " k"]]:
+    """The similarity spots -> goal that most agree on, and which do.
+
+    On a head without eyeballs landmarks fall through the lids to the back of the skull.
+    """
+    weights = np.ones(len(spots))
+    for _ in range(30):
+        similarity = procrustes(spots, goal, weights, scale=True).transform
+        away = np.linalg.norm(similarity.apply(spots) - goal, axis=1)
+        weights = 1 / (1 + (away / max(float(np.median(away)), 1.0)) ** 2) ** 2
+    return similarity, away < BELIEVED
