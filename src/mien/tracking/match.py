@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.interpolate import RBFInterpolator
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from ..register.rigid import procrustes
 from ..rig import Rig
@@ -41,7 +41,7 @@ def match_faces(
     start = similarity.apply(spots)
     bend = RBFInterpolator(start, goal - start, smoothing=1.0, neighbors=60, degree=1)
     laid = similarity.apply(target.neutral.vertices)
-    away = cKDTree(start).query(laid)[0]
+    away = KDTree(start).query(laid)[0]
     near = away < FADE
     laid[near] += bend(laid[near]) * (1 + np.cos(np.pi * away[near] / FADE))[:, None] / 2
     return nearest_faces(source.neutral, target.neutral.with_vertices(laid))
@@ -54,9 +54,9 @@ def _laid(
 
     On a head without eyeballs landmarks fall through the lids to the back of the skull.
     """
-    weights = np.ones(len(spots))
+    similarity = procrustes(spots, goal, scale=True).transform
     for _ in range(30):
-        similarity = procrustes(spots, goal, weights, scale=True).transform
         away = np.linalg.norm(similarity.apply(spots) - goal, axis=1)
         weights = 1 / (1 + (away / max(float(np.median(away)), 1.0)) ** 2) ** 2
-    return similarity, away < BELIEVED
+        similarity = procrustes(spots, goal, weights, scale=True).transform
+    return similarity, np.linalg.norm(similarity.apply(spots) - goal, axis=1) < BELIEVED
