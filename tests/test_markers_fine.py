@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from mien.markers.fine import FineConfig, PairConstraint, register_fine
+from mien.markers.constraints import PairConstraint
+from mien.markers.fine import FineConfig, register_fine
 from mien.mesh import Mesh, closest_point
 
 COUNT = 61
@@ -61,7 +62,7 @@ def test_points_that_are_the_same_meet():
     """Two sheets without a feature: what is pointed out alone moves them."""
     shapes = np.stack([sheet(depth=0.0), sheet(depth=0.0)])
     below, above = np.array([[0.0, -6.0, 80.0]]), np.array([[0.0, 2.0, 80.0]])
-    held = PairConstraint((0, 1), (below, above))
+    held = PairConstraint((0, 1), np.stack([below, above]))
     found = register_fine(shapes, FACES, regions(), config=QUICK, constraints=[held])
     meshes = [Mesh(v, FACES) for v in found.vertices]
     there = closest_point(meshes[0], below).attachment().points(meshes[1])

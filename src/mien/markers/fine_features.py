@@ -8,6 +8,7 @@ from scipy.ndimage import gaussian_filter
 
 from ..mesh import Mesh, SurfaceImage, curvature_features, mean_curvature, vertex_normals
 from ..register import Rejection, Surface
+from .fine_config import FeatureConfig
 
 NEAR = Rejection(max_distance=3.0)
 """Which points of a scan show what its registered surface is like."""
@@ -17,37 +18,15 @@ THIN = 0.05
 
 
 @dataclass(frozen=True)
-class FeatureConfig:
-    """How one kind of detail is made comparable. Values in its own unit."""
-
-    threshold: float
-    """Smaller values are noise and count as 0."""
-    saturation: float
-    """Values well above it count alike, so that lids and lips do not outweigh wrinkles; inf: as they are."""
-    faint: float
-    """Rms nearby at which detail counts half; fainter detail is taken for none."""
-    broad_mm: float
-    """Detail broader than this is taken out, for it moves over the skin with the expression; inf: it stays."""
-    nearby_mm: float
-    """Values are divided by their rms within about this distance, so that a shallow wrinkle matches a deep one."""
-
-
-CURVATURE = FeatureConfig(threshold=0.05, saturation=0.25, faint=0.03, broad_mm=np.inf, nearby_mm=4.0)
-"""1/mm."""
-COLOUR = FeatureConfig(threshold=0.0, saturation=0.1, faint=0.004, broad_mm=3.0, nearby_mm=4.0)
-"""Luminance of sRGB, 0..1."""
-
-
-@dataclass(frozen=True)
 class Detail:
     """One kind of detail over the layout."""
 
     values: Float[np.ndarray, "h w"]
     """After threshold and saturation, in the kind's unit; NaN where the scan has no data."""
     scaled: Float[np.ndarray, "h w"]
-    """Divided by the rms nearby; NaN where the scan has no data."""
+    """Divided by the rms nearby; 0 where the scan has no data."""
     evidence: Float[np.ndarray, "h w"]
-    """0..1: how far the detail stands out of what is faint."""
+    """0..1: how far the detail stands out of what is faint; 0 where the scan has no data, and fading towards it."""
 
 
 def detail(raw: Float[np.ndarray, "h w"], kind: FeatureConfig, pixel_mm: float) -> Detail:
@@ -61,8 +40,9 @@ def detail(raw: Float[np.ndarray, "h w"], kind: FeatureConfig, pixel_mm: float) 
         values = kind.saturation * np.tanh(values / kind.saturation)
     energy = averaged(values**2, known, kind.nearby_mm / pixel_mm)
     full = energy + kind.faint**2
-    nothing = np.where(known, 0.0, np.nan)
-    return Detail(values + nothing, values / np.sqrt(full) + nothing, energy / full)
+    inside = gaussian_filter(known.astype(float), kind.nearby_mm / (2 * pixel_mm))
+    evidence = energy / full * np.clip(2 * inside - 1, 0, 1)
+    return Detail(np.where(known, values, np.nan), values / np.sqrt(full), np.where(known, evidence, 0.0))
 
 
 def averaged(values: Float[np.ndarray, "h w"], known: Bool[np.ndarray, "h w"], sigma: float) -> np.ndarray:

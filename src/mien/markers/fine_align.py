@@ -1,0 +1,147 @@
+"""One scan aligned with its neighbours (Huang et al. 2011, eq. 9-11): the paper's LocalAlign."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from ..flow import FlowConstraints, optical_flow
+from ..mesh import SurfaceImage, closest_point
+from ..register import Surface
+from .constraints import PairConstraint
+from .fine_config import FineConfig
+from .fine_features import Detail, averaged, colour_image, curvature_image, detail
+from .fine_held import constraints_on, near_points, within
+from .fine_layout import SHOWN, Layout, sampled
+
+LEAST = 0.1
+"""Evidence below which a region is left as it is."""
+
+
+class Sheet:
+    """One scan in the layout: its detail, fixed to its surface, and where its vertices are now."""
+
+    def __init__(self, layout: Layout, shape: np.ndarray, surface: Surface | None, config: FineConfig):
+        self.layout, self.shape = layout, shape
+        self.mesh = layout.mesh.with_vertices(shape[layout.vertices])
+        curvature = curvature_image(self.mesh, layout.image, surface, config.curvature_radius_mm)
+        self.detail = [detail(curvature, config.curvature, config.pixel_mm)]
+        colour = colour_image(self.mesh, layout.image, surface)
+        if colour is not None and config.colour is not None:
+            self.detail.append(detail(colour, config.colour, config.pixel_mm))
+        self.places: Float[np.ndarray, "n 2"] = layout.home.copy()
+
+    def resume(self, vertices: np.ndarray) -> None:
+        """Take up the vertices of an earlier result."""
+        found = closest_point(self.mesh, vertices[self.layout.vertices])
+        self.places = self.layout.place_of(found.attachment())
+
+    def vertices(self) -> Float[np.ndarray, "n 3"]:
+        """The whole scan with its vertices where they are now, mm."""
+        out = self.shape.copy()
+        moved = (self.places != self.layout.home).any(axis=1)
+        found = self.layout.on_surface(self.places[moved])
+        out[self.layout.vertices[moved]] = found.points(self.mesh)
+        return out
+
+    def pixels(self, points: Float[np.ndarray, "k 3"]) -> Float[np.ndarray, "k 2"]:
+        """Where points of the scan (mm) are laid out."""
+        return self.layout.place_of(closest_point(self.mesh, points).attachment())
+
+    def carried(self, points: Float[np.ndarray, "k 3"], places: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "k 2"]:
+        """Where its points come to be when its vertices go to `places` in the image."""
+        faces = self.layout.mesh.faces
+        found = SurfaceImage(self.places, faces, self.layout.shape).surface_at(self.pixels(points))
+        return np.einsum("pc,pcd->pd", found.barycentric, places[faces[found.faces]])
+
+
+def prewarped(
+    layout: Layout, sheet: Sheet, others: list[Sheet], what: Callable[[Detail], np.ndarray]
+) -> Float[np.ndarray, "kinds h w c"]:
+    """`what` of each kind of the others' detail, where the current correspondences put it on the scan; else NaN."""
+    drawn = SurfaceImage(sheet.places, layout.mesh.faces, layout.shape)
+    where = drawn.draw(np.stack([other.places for other in others], axis=1))
+    known = np.isfinite(where[..., 0, 0])
+    out = np.full((len(sheet.detail), *layout.shape, len(others)), np.nan)
+    for c, other in enumerate(others):
+        for kind, found in enumerate(other.detail[: len(out)]):
+            out[kind, known, c] = sampled(what(found), where[known][:, c])[:, 0]
+    return out
+
+
+def local_align(
+    layout: Layout,
+    sheets: list[Sheet],
+    i: int,
+    near: Int[np.ndarray, "regions m"],
+    config: FineConfig,
+    constraints: Sequence[PairConstraint],
+) -> None:
+    """Eq. 9-11 for scan i: flow per region from the neighbours' features to its own, blended, smoothed, applied.
+
+    The flow runs from the neighbours to the scan, so that it says of each vertex where on the scan it belongs. (From
+    the scan to its neighbours, as the paper has it, its inverse would be wanted.)
+    """
+    sheet, who = sheets[i], np.unique(near)
+    compared = compared_with(layout, sheet, [sheets[k] for k in who])
+    held = constraints_on(sheets, i, constraints, config.pixel_mm)
+    offset = np.zeros((*layout.shape, 2))
+    for r, members in enumerate(near):
+        flow = _region_flow(layout, r, compared, np.searchsorted(who, members), held, config)
+        if flow is not None:
+            offset += layout.weights[..., r, None] * flow
+    most = config.most_mm / config.pixel_mm
+    if held is not None:
+        most = max(most, 2 * float(np.linalg.norm(held.target - held.source, axis=1).max()))
+    size = np.sqrt((offset**2).sum(axis=2, keepdims=True))
+    offset = offset * (most / np.maximum(size, most))
+    sheet.places = layout.moved(sheet.places, sampled(offset, sheet.places))
+
+
+@dataclass(frozen=True)
+class Compared:
+    """A scan beside its neighbours."""
+
+    source: Float[np.ndarray, "kinds h w c"]
+    """The neighbours' features on the scan, by kind and neighbour."""
+    target: Float[np.ndarray, "kinds h w c"]
+    """Its own, once for each neighbour. Both fade where one of the two shows nothing."""
+    evidence: Float[np.ndarray, "h w c"]
+    """0..1, what the clearest kind of detail offers."""
+
+
+def compared_with(layout: Layout, sheet: Sheet, others: list[Sheet]) -> Compared:
+    warped = np.nan_to_num(prewarped(layout, sheet, others, lambda d: d.scaled))
+    theirs = np.nan_to_num(prewarped(layout, sheet, others, lambda d: d.evidence))
+    trust = np.stack([d.evidence for d in sheet.detail])[..., None] * theirs
+    mine = np.stack([d.scaled for d in sheet.detail])[..., None]
+    return Compared(warped * trust, mine * trust, trust.max(axis=0))
+
+
+def _region_flow(
+    layout: Layout,
+    region: int,
+    compared: Compared,
+    members: Int[np.ndarray, " m"],
+    held: FlowConstraints | None,
+    config: FineConfig,
+) -> Float[np.ndarray, "h w 2"] | None:
+    """Steps of one region, pixels, that fade away from evidence and from constraints; None for no evidence."""
+    source, target = (np.concatenate(list(x[..., members]), axis=2) for x in (compared.source, compared.target))
+    mask = (layout.masks[..., region] > SHOWN) & layout.image.mask
+    here = within(held, layout.masks[..., region])
+    if not mask.any():
+        return None
+    evidence = np.where(mask, compared.evidence[..., members].max(axis=2), 0.0)
+    if evidence.max() < LEAST and here is None:
+        return None
+    settings = config.flow
+    sigma = config.reach_mm / config.pixel_mm
+    reach = np.clip(averaged(evidence, mask, sigma) / config.enough, 0, 1)
+    if here is not None:
+        far = np.linalg.norm(here.target - here.source, axis=1).max()
+        settings = replace(settings, margin=max(settings.margin, int(far) + 8))
+        reach = np.maximum(reach, near_points(here.source, layout.shape, 2 * sigma))
+    flow = optical_flow(source, target, mask, here, settings).flow
+    return reach[..., None] * flow
