@@ -6,15 +6,21 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import tracking_stage as stage
 from mien.actor.rehearsal import REHEARSED, rehearsal
 from mien.cli import demo_rgbd
 from mien.cli.main import main
+from mien.cli.personalize import beside
 from mien.errors import BadInput
 from mien.faces.landmark_model import VARIABLE
+from mien.io.gltf import read_performance, write_rig
+from mien.io.rgbd import read_rgbd, write_rgbd
+from mien.io.rgbd_live import Replay, live_frames
+from mien.rig import Rig
 from mien.rig.retarget import CORRECTIVE
-from mien.tracking.pipeline import track_take
+from mien.tracking.pipeline import TakeConfig, track_take
 from mien.tracking.report import Crop, depth_colors, faces_sheet, learning_chart, preview, take_report
 from mien.tracking.study import FULL, Remembered, compare, left_out
 
@@ -156,3 +162,92 @@ def test_faces_sheet_has_a_caption_a_face_and_a_scale():
     assert sheet.shape == (330, 2 * 260 + 3 + 84, 3)
     shaded, heat = sheet[30:, :260].astype(int), sheet[30:, 263:523].astype(int)
     assert np.abs(shaded - heat).mean() > 5
+
+
+@pytest.fixture
+def shell(tmp_path, monkeypatch, capsys):
+    """A take on disk and its rig, a landmarker that was told the answers, and a way to call `mien track`."""
+    take, landmarker = stage.acted(stage.person(), stage.talk(stage.person(), FRAMES), stage.sway(FRAMES))
+    write_rgbd(tmp_path / "take", take)
+    write_rig(tmp_path / "rig.glb", stage.person())
+    stage.landmarks().save(beside(tmp_path / "rig.glb"))
+    told = dict(landmarker.answers)
+    monkeypatch.setattr("mien.tracking.pipeline.FaceLandmarker", lambda mode: stage.Told(told))
+
+    def call(*words: str, rig: str = "rig.glb") -> str:
+        place = ["track", str(tmp_path / "take"), "--rig", str(tmp_path / rig), "-o", str(tmp_path / "perf.glb")]
+        with pytest.raises(SystemExit) as stop:
+            main([*place, *words])
+        assert stop.value.code == 2
+        line = capsys.readouterr().err.strip().splitlines()[-1]
+        assert line.startswith("mien: ")
+        return line
+
+    return tmp_path, told, call
+
+
+def test_a_take_that_breaks_off_keeps_what_was_tracked(shell):
+    folder, _, call = shell
+    broken = folder / "take" / "depth" / "000009.png"
+    broken.write_bytes(broken.read_bytes()[:-3000])
+    assert "000009.png: cannot be read to its end" in (line := call())
+    assert "the 9 frames before are in" in line
+    assert len(read_performance(folder / "perf.glb")) == 9
+    assert "The take ended early" in (folder / "perf.html").read_text()
+    assert (folder / "perf.png").is_file()
+
+
+def test_the_scale_that_would_fit_is_named(shell):
+    folder, _, call = shell
+    (folder / "take" / "take.json").write_text('{"depth_scale": 150, "fps": 30}')
+    line = call()
+    assert "with 150 units of depth a metre the face is" in line
+    assert "--depth-scale 1000 would make it 1" in line
+    assert not (folder / "perf.glb").exists()
+
+
+def test_a_take_without_a_face_is_said_so(shell):
+    folder, told, call = shell
+    told.update(dict.fromkeys(told))
+    assert "no face in the first 30 frames" in call()
+    assert not (folder / "perf.glb").exists()
+
+
+def test_a_rig_without_the_shapes_is_named(shell):
+    folder, _, call = shell
+    rig = stage.person()
+    write_rig(folder / "odd.glb", Rig(rig.neutral, rig.deltas[:2], ("Key_1", "Key_2")))
+    assert "odd.glb has none of the ARKit shapes (it has Key_1, Key_2)" in call(rig="odd.glb")
+
+
+def test_takes_that_do_not_fit_together(shell):
+    folder, _, call = shell
+    depth = folder / "take" / "depth" / "000011.png"
+    kept = depth.read_bytes()
+    depth.unlink()
+    assert "12 colour and 11 depth images" in call()
+    depth.write_bytes(kept)
+    with Image.open(folder / "take" / "depth" / "000000.png") as image:
+        image.resize((160, 120)).save(folder / "take" / "depth" / "000000.png")
+    assert "sizes differ: colour 320 x 240, depth 160 x 120" in call()
+    (folder / "take" / "camera_intrinsic.json").unlink()
+    assert "the camera's intrinsics are missing" in call()
+
+
+def test_frames_that_a_live_source_missed_are_held(shell):
+    folder, told, _ = shell
+    now = [0.0]
+    take = read_rgbd(folder / "take")
+
+    def clock() -> float:
+        now[0] += 0.02
+        return now[0]
+
+    replay = replace(take, frames=lambda: live_frames(Replay(take, clock=clock, sleep=lambda s: None)))
+    out = track_take(replay, stage.person(), stage.landmarks(), stage.Told(told), TakeConfig(late=True))
+    assert out.missed > 0
+    performance = out.performance
+    assert len(performance) == FRAMES
+    assert (~performance.tracked).sum() == out.missed + 1  # the first frame's landmarks come with the second
+    held = np.flatnonzero(~performance.tracked)[1:]
+    np.testing.assert_array_equal(performance.weights[held], performance.weights[held - 1])

@@ -1,6 +1,8 @@
 """RGB-D takes: every kind of file in, and what is said of bad ones."""
 
 import json
+import threading
+import time
 import zipfile
 from dataclasses import replace
 
@@ -15,6 +17,7 @@ from mien.camera import Camera
 from mien.depth import RGBDFrame
 from mien.errors import BadInput
 from mien.io.rgbd import RgbdTake, read_intrinsics, read_rgbd, write_intrinsics, write_rgbd
+from mien.io.rgbd_camera import Webcam, open_webcam
 from mien.io.rgbd_live import Replay, live_frames
 from mien.transforms import rotation_from_vector
 
@@ -299,3 +302,56 @@ def test_empty_take_is_refused(tmp_path):
     write_rgbd(tmp_path / "empty", empty)
     with pytest.raises(BadInput, match=r"no .png or .jpg images"):
         read_rgbd(tmp_path / "empty")
+
+
+def test_jpeg_colour_is_nearly_the_same_and_an_older_take_is_replaced(folder):
+    write_rgbd(folder, made(2), color="jpg")
+    take = read_rgbd(folder)
+    assert len(take) == 2
+    for found, expected in zip(take, made(2), strict=True):
+        np.testing.assert_array_equal(found.depth, expected.depth)
+        assert np.abs(found.color.astype(int) - expected.color).mean() < 6
+
+
+def test_a_folder_says_with_which_scale_it_was_read(folder):
+    assert read_rgbd(folder).depth_scale == 1000
+    assert read_rgbd(folder, depth_scale=250.0).depth_scale == 250
+
+
+def test_a_webcam_gives_the_newest_picture_once_and_ends_with_the_last():
+    pictures, go = [np.full((2, 2, 3), i, np.uint8) for i in range(5)], threading.Event()
+
+    def stream():
+        yield from pictures[:3]
+        go.wait(5)
+        yield from pictures[3:]
+
+    camera = Webcam(stream(), CAMERA, 30.0, seconds=60.0)
+    time.sleep(0.1)
+    first = camera.latest()
+    go.set()
+    seen = [frame.color[0, 0, 0] for frame in live_frames(camera)]
+    assert first.color[0, 0, 0] == 2
+    assert first.depth is None
+    assert seen[-1] == 4
+    assert len(seen) <= 2
+    assert camera.latest() is None
+
+
+def test_a_webcam_stops_after_its_time():
+    def endless():
+        while True:
+            time.sleep(0.01)
+            yield np.zeros((2, 2, 3), np.uint8)
+
+    times = [frame.time for frame in live_frames(Webcam(endless(), CAMERA, 100.0, seconds=0.1))]
+    assert len(times) >= 2
+    assert times[-1] < 0.1
+    assert (np.diff(times) > 0).all()
+
+
+def test_no_camera_is_said_in_one_line():
+    with pytest.raises(BadInput, match=r"/dev/nothing: no camera to be opened .*--device"):
+        open_webcam(1.0, "/dev/nothing")
+    with pytest.raises(BadInput, match="seconds: expected above 0, got 0"):
+        open_webcam(0.0)

@@ -10,15 +10,20 @@ from ..errors import BadInput
 from ..files import writable
 from ..io.gltf import write_performance
 from ..io.rgbd import RgbdTake, read_rgbd
+from ..io.rgbd_camera import open_webcam
 from ..io.rgbd_live import Replay, live_frames
 from ..io.rigs import read_any_rig
 from ..markers.report import telling_frames
 from ..pictures import write_png
+from ..progress import Progress
 from ..tracking.features import LandmarkMap, landmarks_of
 from ..tracking.pipeline import TakeConfig, Tracked, check_shapes, track_take
 from ..tracking.report import preview, take_report, weights_section
 from .bar import bar
 from .personalize import beside
+
+CAMERA = "live"
+"""The word that stands for this computer's camera in place of a take."""
 
 
 def track(
@@ -27,6 +32,8 @@ def track(
     rig: Path | None = None,
     output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("perf.glb"),
     live: bool = False,
+    seconds: float = 10.0,
+    device: str | None = None,
     depth_scale: float | None = None,
     rate: float | None = None,
     focal: float | None = None,
@@ -39,7 +46,8 @@ def track(
     Parameters
     ----------
     take
-        An RGB-D folder, a Record3D .r3d, a RealSense .bag, a video, or a folder of colour images.
+        An RGB-D folder, a Record3D .r3d, a RealSense .bag, a video, a folder of colour images; or the word live, for
+        this computer's camera (colour alone).
     rig
         The person's rig (.glb, from `mien personalize`). Without it the bundled average face is used: fit for a video,
         poor for depth.
@@ -48,6 +56,10 @@ def track(
     live
         Play the take by the clock, as a camera would: landmarks are those of the frame before, and frames that come
         while the tracker is busy are lost.
+    seconds
+        How long to look through a camera.
+    device
+        Which camera, as FFmpeg calls it (/dev/video0); without it the first.
     depth_scale
         Units a metre in a folder's depth images, instead of what its take.json says.
     rate
@@ -62,19 +74,27 @@ def track(
     if output.suffix.lower() != ".glb":
         raise BadInput(f"{output}: performances are written as .glb; name it so")
     writable(output, *(path for path in (picture, report) if path))
-    source = read_rgbd(take, depth_scale, rate, focal)
+    camera = str(take) == CAMERA
+    source = open_webcam(seconds, device, focal) if camera else read_rgbd(take, depth_scale, rate, focal)
     person, landmarks = rig_for(rig)
-    played, config = (as_live(source), replace(config, late=True)) if live else (source, config)
+    played = as_live(source) if live and not camera else source
     with bar() as progress:
+        config = replace(config, late=live or camera)
         tracked = track_take(played, person, landmarks, config=config, progress=progress)
         write_performance(output, tracked.performance)
-        image = preview(source, tracked, telling_frames(tracked.performance, 6), progress=progress)
-    write_png(picture or output.with_suffix(".png"), image)
-    told = weights_section(take_report(source, tracked, image), tracked.performance)
-    told.write(report or output.with_suffix(".html"))
+        if not camera:
+            pages = (picture or output.with_suffix(".png"), report or output.with_suffix(".html"))
+            show(source, tracked, *pages, progress)
     print(summary(output, tracked, source))
     if tracked.stopped:
         raise BadInput(f"{tracked.stopped}; the {len(tracked.performance)} frames before are in {output}")
+
+
+def show(take: RgbdTake, tracked: Tracked, picture: Path, report: Path, progress: Progress) -> None:
+    """Write the contact sheet and the report."""
+    image = preview(take, tracked, telling_frames(tracked.performance, 6), progress=progress)
+    write_png(picture, image)
+    weights_section(take_report(take, tracked, image), tracked.performance).write(report)
 
 
 def rig_for(path: Path | None):
@@ -101,6 +121,8 @@ def summary(output: Path, tracked: Tracked, take: RgbdTake) -> str:
     performance = tracked.performance
     seen = int(performance.tracked.sum())
     line = f"{output}: {seen} of {len(performance)} frames tracked"
+    if tracked.missed:
+        line += f", {tracked.missed} came while the tracker was busy"
     if take.has_depth:
         line += f", {np.nanmean(tracked.errors):.2f} mm mean distance from the depth before the fit"
     if take.guessed_camera:

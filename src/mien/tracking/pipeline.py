@@ -54,6 +54,8 @@ class Tracked:
     """Samples that the correctives were learnt from."""
     stopped: str | None
     """Why the take ended early; None where it was read to its end."""
+    missed: int = 0
+    """Frames of a live source that came while the tracker was busy: they hold the last value."""
 
 
 def track_take(
@@ -79,10 +81,12 @@ def track_take(
     seen = with_landmarks(take, landmarker or FaceLandmarker("video"), late=config.late)
     times: list[float] = []
     walk = track_frames(model, take, _timed(seen, times), config, watch)
-    results, residuals, stopped, offset = [], Residuals(model, config.correctives), None, np.zeros_like(model.neutral)
+    results, residuals = [], Residuals(model, config.correctives)
+    stopped, missed, offset = None, 0, np.zeros_like(model.neutral)
     try:
         for result in walk:
             for _ in range(_missed(times, len(results), take) if config.late else 0):
+                missed += 1
                 results.append(replace(results[-1], tracked=False))
                 residuals.add(offset)
             offset = result.vertices - model.blend(result.weights)
@@ -93,7 +97,7 @@ def track_take(
         if not any(result.tracked for result in results):
             raise with_scale(error, take) from error
         stopped = str(error)
-    return _collect(take, rig, model, results, residuals, stopped)
+    return replace(_collect(take, rig, model, results, residuals, stopped), missed=missed)
 
 
 def track_frames(

@@ -179,6 +179,8 @@ def doubts(take: RgbdTake, tracked: Tracked) -> list[str]:
     notes = []
     if tracked.stopped:
         notes.append(f"The take ended early: {tracked.stopped}. What was tracked until then is kept.")
+    if tracked.missed:
+        notes.append(f"{tracked.missed} frames came while the tracker was busy; they hold the last value.")
     if not take.has_depth:
         notes.append(
             "There was no depth: the head's distance, and everything that moves towards the camera (jaw forward, "
