@@ -7,7 +7,7 @@ from cyclopts import Parameter
 
 
 def demo(
-    what: Literal["markers", "rgbd"] = "markers",
+    what: Literal["markers", "scans", "rgbd"] = "markers",
     *,
     output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("demo"),
     seed: int = 1,
@@ -25,7 +25,7 @@ def demo(
     seed
         Which performer.
     seconds
-        Length of the take; 20 for markers, 12 for rgbd where not given.
+        Length of the take; 20 for markers, 12 for the others where not given.
     markers
         How many markers the performer wears.
     """
@@ -34,6 +34,10 @@ def demo(
         from .demo_rgbd import demo_rgbd
 
         return demo_rgbd(output, seed, seconds)
+    if what == "scans":
+        from .demo_scans import demo_scans
+
+        return demo_scans(output, seed, seconds, markers)
     from .demo_markers import demo_markers
 
     demo_markers(output, seed, 20.0 if seconds is None else seconds, markers)

@@ -1,49 +1,95 @@
-"""`mien register`: a scan in the bundled face's topology."""
+"""`mien register`: one scan, or all scans of a take, in the bundled face's topology."""
 
 import json
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
 from ..errors import BadInput
-from ..faces.bundled import load_face
-from ..faces.registration import RegisterConfig, register_scan, registered_rig
-from ..faces.registration_report import registration_record, registration_report
-from ..files import whole
+from ..files import existing, whole, writable
 from ..io.gltf import write_rig
-from ..io.meshes import read_scan
 from .bar import bar
 
 
 def register(
-    scan: Path,
+    scans: Path,
     *,
     output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("face.glb"),
+    markers: Path | None = None,
+    selection: Path | None = None,
+    constraints: Path | None = None,
+    density: int | None = None,
+    partial: bool = False,
+    units: str | None = None,
+    rate: float | None = None,
+    unit: str | None = None,
     report: Path | None = None,
-    config: Annotated[RegisterConfig, Parameter(name="*")] = RegisterConfig(),
 ) -> None:
-    """One scan in, of any unit and orientation, with hair and shoulders; the bundled face's topology on it out.
+    """A scan of any unit and orientation, with hair and shoulders, in the bundled face's topology; or all of a take's.
 
-    The face is found by its landmarks (MediaPipe on rendered views); the output carries the 52 expressions, fitted to
-    the scan's eyes. Scan a calm face for a rig that rests: the scan's own expression becomes the rig's rest.
+    One scan: the face is found by its landmarks (MediaPipe on rendered views); the output carries the 52 expressions,
+    fitted to the scan's eyes. Scan a calm face for a rig that rests: the scan's own expression becomes the rig's rest.
+
+    A folder of scans, with the take and the selection that they were made for: a rig with a target a scan, in dense
+    correspondence, on which `mien solve --rig` plays takes. A scan belongs to the frame whose number ends its name, or
+    as `scans.json` in the folder says. What is known of the rig goes beside it (`face.register.json`); finished steps
+    are kept in `face.work/`, so that a stopped run goes on where it was. That folder may be deleted.
 
     Parameters
     ----------
-    scan
-        .obj, .ply, .stl or .glb.
+    scans
+        .obj, .ply, .stl or .glb; or a folder of such.
     output
         Where the face goes (.glb).
+    markers
+        The marker take that the scans belong to (C3D, TRC, CSV).
+    selection
+        The frames that were scanned, from `mien select` (.json).
+    constraints
+        Points and curves that correspond, by hand (.json; see docs/conventions.md). Reruns only what they touch.
+    density
+        Rounds of subdivision of the result, each with four times the triangles: 0 for one scan, 2 for a folder.
+    partial
+        Go on although selected frames have no scan.
+    units
+        Of the take: mm, cm, m, in, or millimetres in one unit as a number.
+    rate
+        Of the take: frames a second, where the file does not say.
+    unit
+        Of the scans, where the face's size does not tell: mm, cm, m, in.
     report
-        Where the page with pictures and distance maps goes (.html); `register.json` goes beside it.
+        Where the page with pictures and distance maps goes (.html).
     """
-    if scan.is_dir():
-        raise BadInput(f"{scan}: a folder; give one scan (.obj, .ply, .stl or .glb)")
+    existing(scans)
     if output.suffix.lower() != ".glb":
         raise BadInput(f"{output}: faces are written as .glb; name it so")
-    source = read_scan(scan)
+    writable(output, *([report] if report else []))
+    if scans.is_dir():
+        if markers is None or selection is None:
+            raise BadInput(
+                f"{scans}: a folder; its scans need the take and the selection that they were made for: "
+                "--markers TAKE --selection selection.json (or give one scan)"
+            )
+        take = _Take(markers, selection, units, rate)
+        register_folder(scans, take, output, constraints, 2 if density is None else density, partial, unit, report)
+    elif markers is not None or selection is not None or constraints is not None:
+        raise BadInput(f"{scans}: one scan; --markers, --selection and --constraints go with a folder of scans")
+    else:
+        register_one(scans, output, density or 0, unit, report)
+
+
+def register_one(path: Path, output: Path, density: int, unit: str | None, report: Path | None) -> None:
+    """One scan, no markers."""
+    from ..faces.bundled import load_face
+    from ..faces.registration import RegisterConfig, register_scan, registered_rig
+    from ..faces.registration_report import registration_record, registration_report
+    from ..io.meshes import read_scan
+
+    source = read_scan(path, unit)
     with bar() as progress:
-        found = register_scan(source, config=config, progress=progress)
+        found = register_scan(source, config=RegisterConfig(density=density), progress=progress)
     write_rig(output, registered_rig(found, load_face()))
     if report is not None:
         registration_report(source, found).write(report)
@@ -54,3 +100,63 @@ def register(
         f"{output}: mean distance to the scan {error.mean:.3f} mm (95th percentile {error.p95:.3f} mm) "
         f"over the {error.covered:.0%} of the face that it shows; unit {found.landmarks.unit}"
     )
+
+
+@dataclass(frozen=True)
+class _Take:
+    """Files of the take that scans belong to."""
+
+    markers: Path
+    selection: Path
+    units: str | None = None
+    rate: float | None = None
+
+
+def register_folder(
+    folder: Path, take: _Take, output: Path, constraints: Path | None, density: int, partial: bool, unit: str | None,
+    report: Path | None,
+) -> None:  # fmt: skip
+    """All scans of a take."""
+    from ..faces.bundled import load_face
+    from ..io.markers import read_marker_file
+    from ..markers.constraints import read_constraints
+    from ..markers.scan_files import match_scans
+    from ..markers.scan_rig import record_beside, write_record
+    from ..markers.scans import ScansConfig, register_scans
+    from ..markers.scans_report import scans_record, scans_report, surface_distances
+    from ..markers.selection import read_selection
+    from ..markers.store import Store
+
+    chosen = read_selection(take.selection)
+    files = match_scans(folder, chosen.frames, partial)
+    by_hand = read_constraints(constraints) if constraints else ()
+    file = read_marker_file(existing(take.markers), take.units, take.rate)
+    config = replace(ScansConfig(), density=density)
+    with bar() as progress:
+        scans = [replace(f.read(unit), name=f.name) for f in files]
+        frames, store = [f.frame for f in files], Store(output.with_suffix(".work"))
+        found = register_scans(file.markers, scans, frames, load_face(), config, by_hand, store, progress)
+        distances = surface_distances(found)
+        write_rig(output, found.scan_rig.rig)
+        write_record(record_beside(output), scans_record(found, distances, take.markers.name))
+        scans_report(folder.name, found, distances, config).write(report or output.with_suffix(".html"))
+    for line in [*file.warnings, *summary(found, distances)]:
+        print(line)
+
+
+def summary(found, distances) -> list[str]:
+    """The lines that end the registration of a folder."""
+    import numpy as np
+
+    from ..markers.template import EIGHT
+
+    known = distances[np.isfinite(distances)]
+    lines = [
+        f"{len(found.scans)} scans in one topology of {len(found.template.mesh.vertices):,} vertices; mean distance to "
+        f"the scans {known.mean():.3f} mm (95th percentile {np.quantile(known, 0.95):.3f} mm)"
+    ]
+    for scan, bad in zip(found.scans, found.fine.unreliable, strict=True):
+        if bad.any():
+            regions = ", ".join(EIGHT[r].replace("_", " ") for r in np.flatnonzero(bad))
+            lines.append(f"not reliable: {scan.name}: {regions}; --constraints helps")
+    return lines

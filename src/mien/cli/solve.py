@@ -8,11 +8,12 @@ from cyclopts import Parameter
 
 from ..files import existing, writable
 from ..io.gltf import write_performance
-from ..io.markers import read_marker_file
+from ..io.markers import MarkerFile, read_marker_file
 from ..markers.files import face_for, placed
 from ..markers.pipeline import TakeConfig, solve_take
 from ..markers.placement import write_attachment
 from ..markers.report import preview, take_report
+from ..markers.scan_rig import record_beside
 from ..pictures import write_png
 from .bar import bar
 
@@ -39,7 +40,8 @@ def solve(
     output
         Where the animated face goes (.glb).
     rig
-        Solve on this rig (.glb, ICT-FaceKit's folder, a folder of OBJ or PLY) instead of the bundled face.
+        Solve on this rig (.glb, ICT-FaceKit's folder, a folder of OBJ or PLY) instead of the bundled face. A rig of
+        scans (from `mien register SCANS/`) is solved by its own markers, which its record beside it knows.
     units
         mm, cm, m, in, or millimetres in one unit as a number; needed only where the file's own claim is wrong.
     rate
@@ -55,6 +57,8 @@ def solve(
     """
     writable(output, *(p for p in (picture, report, save_attach) if p))
     file = read_marker_file(existing(take), units, rate)
+    if rig is not None and record_beside(rig).is_file():
+        return solve_on_rig_of_scans(rig, take.name, file, output, picture, report)
     face = face_for(rig)
     by_hand = placed(attach, file.markers, face)
     with bar() as progress:
@@ -67,6 +71,31 @@ def solve(
         write_attachment(save_attach, file.markers.labels, solved.attached.attachment)
     for line in [*file.warnings, summary(solved)]:
         print(line)
+
+
+def solve_on_rig_of_scans(
+    rig: Path, name: str, file: MarkerFile, output: Path, picture: Path | None, report: Path | None
+) -> None:
+    """A take on registered scans of the same person with the same markers."""
+    from ..io.gltf import read_rig
+    from ..markers.reconstruct import solve_on_scans
+    from ..markers.scan_rig import read_scan_rig
+    from ..markers.scan_solve_report import scan_preview, scan_solve_report
+
+    scan_rig = read_scan_rig(record_beside(rig), read_rig(rig))
+    with bar() as progress:
+        solved = solve_on_scans(file.markers, scan_rig, progress=progress)
+        image = scan_preview(solved, progress)
+    write_performance(output, solved.performance)
+    write_png(picture or output.with_suffix(".png"), image)
+    scan_solve_report(name, solved, scan_rig, image, file.warnings).write(report or output.with_suffix(".html"))
+    performance = solved.performance
+    for line in file.warnings:
+        print(line)
+    print(
+        f"{int(performance.tracked.sum())} of {len(performance)} frames solved on {len(scan_rig.expressions)} scans; "
+        f"mean residual {np.nanmean(solved.mixed):.2f} mm, with correctives {np.nanmean(solved.residuals):.2f} mm"
+    )
 
 
 def summary(solved) -> str:

@@ -104,20 +104,23 @@ def closest_scans(
     return out
 
 
-def _errors(layout: Layout, sheets: list[Sheet], near: np.ndarray) -> Float[np.ndarray, "scans regions"]:
-    """Rms difference of the curvature features from the neighbours', over each region, 1/mm."""
+def _errors(
+    layout: Layout, sheets: list[Sheet], near: Int[np.ndarray, "scans regions m"]
+) -> Float[np.ndarray, "scans regions"]:
+    """Rms difference of curvature from the neighbours', over each region, 1/mm; 0 without neighbours."""
     out = np.zeros(near.shape[:2])
+    if not near.shape[2]:
+        return out
     for i, sheet in enumerate(sheets):
         who = np.unique(near[i])
-        if not len(who):
-            continue
-        warped = prewarped(layout, sheet, [sheets[k] for k in who], lambda d: d.values)[0]
-        squared = (warped - sheet.detail[0].values[..., None]) ** 2
+        theirs = prewarped(layout, sheet, [sheets[k] for k in who], lambda s: [s.curvature])[0]
+        squared = (theirs - sheet.curvature[..., None]) ** 2
+        known = np.isfinite(squared)
+        squared[~known] = 0
         for r, members in enumerate(near[i]):
-            part = squared[..., np.searchsorted(who, members)]
-            known = np.isfinite(part)
-            weight = layout.masks[..., r, None] * known
-            out[i, r] = np.sqrt((np.where(known, part, 0) * weight).sum() / max(weight.sum(), 1e-12))
+            at = np.searchsorted(who, members)
+            weight = layout.masks[..., r, None] * known[..., at]
+            out[i, r] = np.sqrt((squared[..., at] * weight).sum() / max(weight.sum(), 1e-12))
     return out
 
 

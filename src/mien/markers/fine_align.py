@@ -11,7 +11,7 @@ from ..mesh import SurfaceImage, closest_point
 from ..register import Surface
 from .constraints import PairConstraint
 from .fine_config import FineConfig
-from .fine_features import Detail, averaged, colour_image, curvature_image, detail
+from .fine_features import averaged, colour_image, curvature_image, detail, over
 from .fine_held import constraints_on, near_points, within
 from .fine_layout import SHOWN, Layout, sampled
 
@@ -26,6 +26,8 @@ class Sheet:
         self.layout, self.shape = layout, shape
         self.mesh = layout.mesh.with_vertices(shape[layout.vertices])
         curvature = curvature_image(self.mesh, layout.image, surface, config.curvature_radius_mm)
+        self.curvature: Float[np.ndarray, "h w"] = over(curvature, config.threshold)
+        """1/mm, small values set to 0, for the registration error; NaN where the scan has no data."""
         self.detail = [detail(curvature, config.curvature, config.pixel_mm)]
         colour = colour_image(self.mesh, layout.image, surface)
         if colour is not None and config.colour is not None:
@@ -57,16 +59,16 @@ class Sheet:
 
 
 def prewarped(
-    layout: Layout, sheet: Sheet, others: list[Sheet], what: Callable[[Detail], np.ndarray]
+    layout: Layout, sheet: Sheet, others: list[Sheet], images: Callable[[Sheet], list[np.ndarray]]
 ) -> Float[np.ndarray, "kinds h w c"]:
-    """`what` of each kind of the others' detail, where the current correspondences put it on the scan; else NaN."""
+    """Images of other scans where the current correspondences put them on this one; NaN where they show nothing."""
     drawn = SurfaceImage(sheet.places, layout.mesh.faces, layout.shape)
     where = drawn.draw(np.stack([other.places for other in others], axis=1))
     known = np.isfinite(where[..., 0, 0])
-    out = np.full((len(sheet.detail), *layout.shape, len(others)), np.nan)
+    out = np.full((len(images(sheet)), *layout.shape, len(others)), np.nan)
     for c, other in enumerate(others):
-        for kind, found in enumerate(other.detail[: len(out)]):
-            out[kind, known, c] = sampled(what(found), where[known][:, c])[:, 0]
+        for kind, image in enumerate(images(other)[: len(out)]):
+            out[kind, known, c] = sampled(image, where[known][:, c])[:, 0]
     return out
 
 
@@ -112,8 +114,8 @@ class Compared:
 
 
 def compared_with(layout: Layout, sheet: Sheet, others: list[Sheet]) -> Compared:
-    warped = np.nan_to_num(prewarped(layout, sheet, others, lambda d: d.scaled))
-    theirs = np.nan_to_num(prewarped(layout, sheet, others, lambda d: d.evidence))
+    warped = np.nan_to_num(prewarped(layout, sheet, others, lambda s: [d.scaled for d in s.detail]))
+    theirs = np.nan_to_num(prewarped(layout, sheet, others, lambda s: [d.evidence for d in s.detail]))
     trust = np.stack([d.evidence for d in sheet.detail])[..., None] * theirs
     mine = np.stack([d.scaled for d in sheet.detail])[..., None]
     return Compared(warped * trust, mine * trust, trust.max(axis=0))

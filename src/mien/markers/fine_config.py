@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from ..errors import BadInput
 from ..flow import FlowConfig
 
@@ -24,8 +22,8 @@ class FeatureConfig:
     """Values are divided by their rms within about this distance, so that a shallow wrinkle matches a deep one."""
 
 
-CURVATURE = FeatureConfig(threshold=0.05, saturation=0.25, faint=0.03, broad_mm=np.inf, nearby_mm=4.0)
-"""1/mm."""
+CURVATURE = FeatureConfig(threshold=0.0, saturation=0.25, faint=0.005, broad_mm=5.0, nearby_mm=4.0)
+"""1/mm. The paper's is a threshold of 0.05 with the rest switched off; that leaves only the deepest furrows."""
 COLOUR = FeatureConfig(threshold=0.0, saturation=0.1, faint=0.004, broad_mm=3.0, nearby_mm=4.0)
 """Luminance of sRGB, 0..1."""
 
@@ -40,7 +38,7 @@ class FineConfig:
     """How often every scan is updated, one after the other. 0: nothing moves."""
     alpha: float = 1.0
     """Eq. 11: how much differential coordinates are kept, against the flow."""
-    curvature_radius_mm: float = 2.0
+    curvature_radius_mm: float = 2.5
     """Quadratic patches are fitted to what lies within this distance."""
     curvature: FeatureConfig = CURVATURE
     """How curvature is made comparable, 1/mm."""
@@ -58,12 +56,14 @@ class FineConfig:
         default_factory=lambda: FlowConfig(margin=12, coarsest=32, smoothness=4.0, constraint=1000.0)
     )
     """Its margin is the largest displacement at least, pixels."""
+    threshold: float = 0.05
+    """1/mm: curvatures below it count as 0 in the registration error (the paper's threshold)."""
     unreliable: float = 0.06
-    """1/mm: a region whose features differ by more than this from its neighbours', rms, is marked."""
+    """1/mm: a region whose registration error is larger is marked."""
 
     def __post_init__(self):
         positive = ("neighbours", "curvature_radius_mm", "pixel_mm")
         bad = [name for name in positive if not getattr(self, name) > 0]
-        bad += [name for name in ("sweeps", "alpha", "unreliable") if not getattr(self, name) >= 0]
+        bad += [name for name in ("sweeps", "alpha", "threshold", "unreliable") if not getattr(self, name) >= 0]
         if bad:
             raise BadInput(f"fine registration: {', '.join(bad)} out of range; see FineConfig for what each means")

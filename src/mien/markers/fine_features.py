@@ -21,8 +21,6 @@ THIN = 0.05
 class Detail:
     """One kind of detail over the layout."""
 
-    values: Float[np.ndarray, "h w"]
-    """After threshold and saturation, in the kind's unit; NaN where the scan has no data."""
     scaled: Float[np.ndarray, "h w"]
     """Divided by the rms nearby; 0 where the scan has no data."""
     evidence: Float[np.ndarray, "h w"]
@@ -35,14 +33,19 @@ def detail(raw: Float[np.ndarray, "h w"], kind: FeatureConfig, pixel_mm: float) 
     values = np.where(known, raw, 0.0)
     if np.isfinite(kind.broad_mm):
         values = np.where(known, values - averaged(values, known, kind.broad_mm / pixel_mm), 0.0)
-    values = curvature_features(values.ravel(), kind.threshold).reshape(raw.shape)
+    values = over(values, kind.threshold)
     if np.isfinite(kind.saturation):
         values = kind.saturation * np.tanh(values / kind.saturation)
     energy = averaged(values**2, known, kind.nearby_mm / pixel_mm)
     full = energy + kind.faint**2
     inside = gaussian_filter(known.astype(float), kind.nearby_mm / (2 * pixel_mm))
     evidence = energy / full * np.clip(2 * inside - 1, 0, 1)
-    return Detail(np.where(known, values, np.nan), values / np.sqrt(full), np.where(known, evidence, 0.0))
+    return Detail(values / np.sqrt(full), np.where(known, evidence, 0.0))
+
+
+def over(image: Float[np.ndarray, "h w"], threshold: float) -> Float[np.ndarray, "h w"]:
+    """Values of either sign below the threshold set to 0; NaN stays."""
+    return curvature_features(image.ravel(), threshold).reshape(image.shape)
 
 
 def averaged(values: Float[np.ndarray, "h w"], known: Bool[np.ndarray, "h w"], sigma: float) -> np.ndarray:

@@ -1,10 +1,10 @@
 """A marker take and scans of its selected frames become a rig of the person (Huang et al. 2011, sec. 5-7)."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from ..clip import Markers
 from ..errors import BadInput
@@ -17,6 +17,7 @@ from ..progress import SILENT, Progress
 from ..register import Surface
 from ..rig import Rig
 from ..transforms import Transform
+from .constraints import NamedConstraint, place_constraints, touched
 from .fine import FineConfig, FineResult, register_fine
 from .on_scan import MarkersOnScans, OnScanConfig, packed, register_markers, unpacked
 from .prepare import PrepareConfig, PreparedTake, prepare
@@ -86,6 +87,7 @@ def register_scans(
     frames: Sequence[int],
     face: BundledFace,
     config: ScansConfig = ScansConfig(),
+    constraints: Sequence[NamedConstraint] = (),
     store: Store = Store(None),
     progress: Progress = SILENT,
 ) -> RegisteredScans:
@@ -93,6 +95,7 @@ def register_scans(
 
     Args:
         scans: as read from their files, in any frame; the i-th shows the expression of frame `frames[i]`.
+        constraints: correspondences by hand; only scans that they touch are aligned again.
         store: where finished steps are kept, and found again.
 
     Raises:
@@ -113,6 +116,9 @@ def register_scans(
     covered = np.stack([found.covered & on_scans.scans[0].covered for found in on_scans.scans])
     coarse = _large_scale(template, placed, surfaces, attachment, points, covered, config.coarse, store, progress)
     fine = _fine_scale(template, coarse, surfaces, config.fine, store, progress)
+    if constraints:
+        fine = _constrained(fine, constraints, template, coarse, placed, surfaces, config.fine, store, progress)
+    attachment = agreed_attachment(template.skin.mesh.faces, fine.vertices, points, covered)
     goals, standoff = T_face_head.apply(expressions), on_scans.standoff
     skin = meet_markers(
         template.skin.mesh, fine.vertices, attachment, goals, standoff, covered, config.reconstruct
@@ -243,16 +249,45 @@ def _large_scale(
 
 
 def _fine_scale(
-    template: ScanTemplate, coarse: np.ndarray, surfaces: list[Surface], config: FineConfig, store: Store, progress
-) -> FineResult:
+    template: ScanTemplate, coarse: np.ndarray, surfaces: list[Surface], config: FineConfig, store: Store, progress,
+    **more,
+) -> FineResult:  # fmt: skip
     """Sec. 6.2, eq. 8-11."""
     regions = {name: template.regions[name] for name in EIGHT}
 
     def make() -> dict[str, np.ndarray]:
-        found = register_fine(coarse, template.skin.mesh.faces, regions, surfaces, config, progress=progress)
-        return {name: getattr(found, name) for name in FineResult.__dataclass_fields__}
+        found = register_fine(coarse, template.skin.mesh.faces, regions, surfaces, config, progress=progress, **more)
+        return {field.name: getattr(found, field.name) for field in fields(FineResult)}
 
-    return FineResult(**store.get("fine", (coarse, regions, config), make))
+    return FineResult(**store.get("fine", (coarse, regions, config, more), make))
+
+
+def _constrained(
+    fine: FineResult, constraints: Sequence[NamedConstraint], template, coarse, placed: tuple[PlacedScan, ...],
+    surfaces, config: FineConfig, store: Store, progress: Progress,
+) -> FineResult:  # fmt: skip
+    """The same with correspondences by hand: what they touch is aligned again, the rest stays."""
+    held = place_constraints(constraints, [p.name for p in placed], [p.T_face_scan for p in placed])
+    again = {"constraints": held, "only": touched(held, fine.neighbours), "start": fine.vertices}
+    return _fine_scale(template, coarse, surfaces, config, store, progress, **again)
+
+
+def agreed_attachment(
+    faces: Int[np.ndarray, "m 3"],
+    skin: Float[np.ndarray, "scans n 3"],
+    points: list[np.ndarray],
+    covered: Bool[np.ndarray, "scans markers"],
+) -> Attachment:
+    """Where on the template the markers are, as the scans agree on it, now that they correspond.
+
+    Each scan's skin points (markers, 3) are brought to the resting scan by the correspondences; the median of all is
+    nearer the truth than the resting scan's own, since actors miss each expression in another way.
+    """
+    rest = Mesh(skin[0], faces)
+    found = [closest_point(Mesh(x, faces), p).attachment().points(rest) for x, p in zip(skin, points, strict=True)]
+    brought = np.where(covered[..., None], np.stack(found), np.nan)
+    brought[0] = found[0]
+    return closest_point(rest, np.nanmedian(brought, axis=0)).attachment()
 
 
 def _rig(template: ScanTemplate, skin: Float[np.ndarray, "scans n 3"], names: list[str]) -> Rig:
