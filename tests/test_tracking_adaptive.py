@@ -18,7 +18,7 @@ from mien.tracking.adaptive import (
     weighted_subspace,
 )
 from mien.tracking.adaptive import _smoothness as smoothness
-from mien.tracking.bias import BiasConfig, above, corrected, floor_of, learn, no_bias
+from mien.tracking.bias import BiasConfig, Rest, above, corrected, learn, learn_rest, no_bias
 from mien.tracking.features import FEATURES
 from mien.tracking.observe import ObserveConfig, Sighting, observe
 from mien.tracking.rigid import RigidConfig, correspond
@@ -176,13 +176,13 @@ def test_no_memory_means_no_correction():
 
 
 def test_scores_are_counted_from_what_the_landmarker_scores_at_rest():
-    config, floor, seen_at_last = BiasConfig(), np.ones(2), np.zeros(2)
-    for t in range(200):
-        scores = np.array([0.4 + 0.5 * np.sin(t / 30) ** 2, 0.1])
-        floor = floor_of(floor, scores, config)
-        seen_at_last = above(scores, floor)
-    assert 0.4 <= floor[0] < 0.55
-    assert floor[1] == pytest.approx(0.1)
-    assert seen_at_last[1] == 0
-    np.testing.assert_allclose(floor_of(floor, np.full(2, np.nan), config), floor + config.rise)
-    assert not floor_of(floor, scores, BiasConfig(rise=1.0)).any()
+    config, rest = BiasConfig(calm=100.0), Rest(np.zeros(2), 0.0)
+    for t in range(300):
+        truth = np.array([np.sin(t / 30) ** 2, 0.0])
+        rest = learn_rest(rest, 0.4 + 0.6 * truth, truth + 0.3 * (truth - 0.5) * [1, 0], config)
+    np.testing.assert_allclose(rest.level[1], 0.4, atol=1e-6)
+    np.testing.assert_allclose(above(np.array([0.2, 0.7]), rest)[1], 0.5, atol=1e-6)
+    assert above(np.array([0.0, 0.4]), rest).max() < 1e-6
+    unseen = learn_rest(rest, np.full(2, np.nan), np.zeros(2), config)
+    np.testing.assert_array_equal(unseen.level, rest.level)
+    assert learn_rest(rest, np.ones(2), np.zeros(2), BiasConfig(calm=0.0)) is rest

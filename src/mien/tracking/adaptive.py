@@ -42,10 +42,10 @@ class DeformConfig:
     """Weight of the smoothness."""
     length: float = 0.12
     """Unit of length of the Laplacian, mm: smaller follows the depth more closely."""
-    features: float = 0.03
-    """Weight of the features beside the depth. The paper's is 1."""
-    output_features: float = 0.002
-    """Weight of the features in the output deformation, which has them alone."""
+    features: float = 0.002
+    """Weight of the features beside the depth. The paper's is 1; MediaPipe's features err by more than they mend."""
+    output_features: float = 0.00003
+    """Weight of the features in the output deformation, which has them alone; as weak for the same reason."""
     output_length: float = 0.35
     """Unit of length of the output's Laplacian, mm: the larger, the stiffer, the less the features pull."""
     reach: float = 12.0

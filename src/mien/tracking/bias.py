@@ -6,8 +6,8 @@ through the offsets between where it was seen and where the tracked face had it.
 so that an update costs microseconds; old offsets are forgotten slowly, and before anything is learnt the correction is
 zero.
 
-Its expression scores have standing errors too: a calm face may score 0.4 at eyeSquint. Since a face comes to rest now
-and then, the least score of the last while is taken for rest (`Floor`).
+Its expression scores have standing errors too: a calm face may score 0.4 at a smile. `Rest` keeps the mean of score
+less tracked coefficient.
 """
 
 from dataclasses import dataclass
@@ -33,8 +33,8 @@ class BiasConfig:
     """Radians of yaw or pitch that count like the constant part."""
     largest: float = 8.0
     """Offsets above this are not learnt from, mm."""
-    rise: float = 0.002
-    """By how much the floor of the scores climbs a frame, until a lower score sets it down; 1 = no floor."""
+    calm: float = 300.0
+    """Frames over which the scores' standing errors are averaged; 0 = none are taken out."""
 
 
 @dataclass(frozen=True)
@@ -102,15 +102,27 @@ def _turn(T_camera_face: Transform, config: BiasConfig) -> Float[np.ndarray, " 3
     return np.array([1.0, np.arcsin(np.clip(y, -1, 1)) / config.turn, np.arctan2(x, -z) / config.turn])
 
 
-def floor_of(
-    floor: Float[np.ndarray, " k"], scores: Float[np.ndarray, " k"], config: BiasConfig
-) -> Float[np.ndarray, " k"]:
-    """The least score of the last while, of each shape; NaN scores change nothing."""
-    if config.rise >= 1:
-        return np.zeros_like(floor)
-    return np.fmin(np.minimum(floor + config.rise, 1.0), scores)
+@dataclass(frozen=True)
+class Rest:
+    """What the landmarker scores when the face does nothing."""
+
+    level: Float[np.ndarray, " k"]
+    """Mean over the last while of score less tracked coefficient."""
+    count: float
+    """Frames that it was learnt from, up to the memory."""
 
 
-def above(scores: Float[np.ndarray, " k"], floor: Float[np.ndarray, " k"]) -> Float[np.ndarray, " k"]:
+def above(scores: Float[np.ndarray, " k"], rest: Rest) -> Float[np.ndarray, " k"]:
     """Scores as they would be had the face scored 0 at rest; NaN where there is none."""
-    return (scores - floor) / np.maximum(1.0 - floor, 0.2)
+    return np.clip((scores - rest.level) / np.maximum(1.0 - rest.level, 0.2), 0.0, 1.0)
+
+
+def learn_rest(
+    rest: Rest, scores: Float[np.ndarray, " k"], weights: Float[np.ndarray, " k"], config: BiasConfig
+) -> Rest:
+    """Compare the scores with the tracked coefficients."""
+    if not config.calm:
+        return rest
+    gap, gain = scores - weights, max(1.0 / (rest.count + 1), 1.0 / config.calm)
+    level = rest.level + gain * np.where(np.isfinite(gap), gap - rest.level, 0.0)
+    return Rest(np.clip(level, 0.0, 1.0), min(rest.count + 1, config.calm))

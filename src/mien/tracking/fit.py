@@ -34,9 +34,11 @@ class FitConfig:
 
     rounds: int = 3
     """Times that correspondences are found anew."""
-    features: float = 2.0
+    features: float = 0.5
     """Weight of a 2D feature; 0 = depth alone. The paper's is 13.8; MediaPipe's points err by 0.5 to 1 mm in ways that
-    do not average out, so that here they are worth less."""
+    do not average out, so that here they are worth little."""
+    alone: float = 13.8
+    """The same where there is no depth."""
     gaps: float = 0.0
     """Weight of the opening between two lids or lips, which errors common to both do not touch; 0 = none. Off, since
     MediaPipe's openings err by half a millimetre and more."""
@@ -44,11 +46,15 @@ class FitConfig:
     """Residuals much above this lose weight, mm. Large = plain least squares."""
     ridge: float = 20.0
     """Weight of each squared coefficient."""
-    sparse: float = 60.0
+    sparse: float = 20.0
     """Weight of each coefficient's absolute value: prefers few shapes."""
+    effort: float = 40.0
+    """The same for each millimetre (root mean square over the front) that a shape moves the face at weight 1."""
+    ease: float = 0.15
+    """Coefficient at which both of these weigh half: what is surely there is not held back. Large = plain."""
     still: float = 20.0
     """Weight of the squared change since the last frame."""
-    scores: float = 1000.0
+    scores: float = 150.0
     """Weight of the squared distance to the landmarker's own scores, of the shapes that it tells well."""
     gaze: float = 1000.0
     """The same for gaze to the side, which moves nothing that depth could see."""
@@ -139,6 +145,8 @@ def _feature_rows(model, sighting: Sighting, x, T_camera_face, centre, config: F
     if sighting.sight is None or not config.features:
         return []
     ids = _landmarks_used(model, sighting)
+    if sighting.depth is None:
+        config = replace(config, features=config.alone)
     seen = feature_term(model, ids, sighting.sight[ids], x, T_camera_face, centre, config)
     terms = [without_head(*seen) if config.relative and sighting.depth is not None else seen]
     if config.gaps:
@@ -228,7 +236,7 @@ def _add_priors(A, b, x, before, said, model: TrackingModel, config: FitConfig) 
     """Ridge, sparsity, stillness and the landmarker's scores, added in place to the coefficients' equations."""
     k = len(x)
     diagonal = np.full(k, config.ridge + config.still)
-    b[:k] += config.still * before - diagonal * x - config.sparse / 2
+    b[:k] += config.still * before - diagonal * x - (config.sparse + config.effort * model.size) / (2 + 2 * x / config.ease)
     if said is not None:
         trust = np.where(model.gaze, config.gaze, np.where(model.told, config.scores, 0.0)) * np.isfinite(said)
         b[:k] += trust * (np.nan_to_num(said) - x)

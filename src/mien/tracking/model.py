@@ -55,6 +55,8 @@ class TrackingModel:
     """Middle of the front, face space, mm: what the head's small turns are about."""
     steady: Float32[np.ndarray, " f"]
     """Share times how little the shapes move a vertex along its normal: what the head's pose is measured on."""
+    size: Float[np.ndarray, " k"]
+    """How far each shape moves the front, mm root mean square."""
     gaze: Bool[np.ndarray, " k"]
     """Shapes that turn the eyes aside and hardly move the skin."""
     told: Bool[np.ndarray, " k"]
@@ -99,7 +101,7 @@ def tracking_model(rig: Rig, landmarks: LandmarkMap, reach: float = 45.0) -> Tra
     front, local = np.unique(mesh.faces[keep], return_inverse=True)
     faces = local.reshape(-1, 3).astype(np.int32)
     area = mass(mesh.vertices[front], faces)
-    rim = _rim(mesh, keep, front)
+    rim, share = _rim(mesh, keep, front), (area / area.sum()).astype(np.float32)
     basis = np.ascontiguousarray(rig.deltas[:, front].transpose(1, 2, 0), dtype=np.float32)
     picks = landmarks.attachment.matrix(mesh)[list(FEATURES)][:, front].tocsr()
     return TrackingModel(
@@ -110,7 +112,7 @@ def tracking_model(rig: Rig, landmarks: LandmarkMap, reach: float = 45.0) -> Tra
         neutral=mesh.vertices[front].astype(np.float32),
         basis=basis,
         blocks=pack(mesh.vertices[front], basis),
-        share=(area / area.sum()).astype(np.float32),
+        share=share,
         rim=rim,
         fade=_fade(faces, rim),
         picks=picks,
@@ -119,6 +121,7 @@ def tracking_model(rig: Rig, landmarks: LandmarkMap, reach: float = 45.0) -> Tra
         landmark_basis=_landmark_basis(rig, landmarks),
         centre=mesh.vertices[front].mean(0),
         steady=_steady(rig, front, area),
+        size=np.sqrt(np.einsum("f,fdk->k", share, basis.astype(np.float64) ** 2)),
         gaze=np.array([name.startswith(("eyeLookIn", "eyeLookOut")) for name in rig.names]),
         told=np.array([name.startswith(TOLD) for name in rig.names]),
         scale_mm=_eye_span(landmarks, mesh),

@@ -22,7 +22,7 @@ from .adaptive import (
     feature_offsets,
     weighted_subspace,
 )
-from .bias import Bias, BiasConfig, above, corrected, floor_of, learn, no_bias
+from .bias import Bias, BiasConfig, Rest, above, corrected, learn, learn_rest, no_bias
 from .detect import detect
 from .fit import FitConfig, at_rest, fit_blendshapes
 from .model import TrackingModel
@@ -51,7 +51,7 @@ class TrackConfig:
     """Learning of corrective shapes (sec. 5); without it the adaptive space is the anchors'."""
     output: bool = True
     """The output deformation by 2D features (sec. 4.4); without it v4 = v3."""
-    near: float = 0.17
+    near: float = 0.1
     """A sample nearer to the anchor space than this teaches nothing; mm, root mean square over the front's area."""
     far: float = 1.7
     """A sample farther than this is an outlier. The paper's 1 < |s|^2 < 100 is a sum over its 3,480 vertices; taken in
@@ -106,8 +106,8 @@ class TrackState:
     correctives: Subspace | None
     bias: Bias
     """Standing errors of the features."""
-    floor: Float[np.ndarray, " k"]
-    """What the landmarker scores at rest."""
+    rest: Rest
+    """Standing errors of the landmarker's scores."""
     lost: bool
     time: float
     """Seconds, of the last frame."""
@@ -148,7 +148,7 @@ def begin(tools: Tools, config: TrackConfig = TrackConfig()) -> TrackState:
         learner=IncrementalPca(model.neutral.size, config.pca),
         correctives=None,
         bias=no_bias(config.bias),
-        floor=np.ones(model.shapes),
+        rest=Rest(np.zeros(model.shapes), 0.0),
         lost=True,
         time=-np.inf,
     )
@@ -190,7 +190,9 @@ def step(
         return _lost(tools, state, frame)
     if late and not state.lost:
         sighting = carried(sighting, state, T_camera_face, model)
-    sighting, floor = _scored(model, sighting, landmarks, state, config)
+    scores = _scores(model, landmarks)
+    if state.rest.count:
+        sighting = replace(sighting, said=above(scores, state.rest))
     raw, sighting = sighting, corrected(sighting, state.bias, model, T_camera_face, config.bias)
     x, T_camera_face, filtered = _blendshapes(tools, frame, sighting, T_camera_face, state, config)
     watch.lap("initial blendshapes")
@@ -202,10 +204,11 @@ def step(
     distances, learnt, correctives = _learn(tools, v2, v4, state, config)
     watch.lap("incremental PCA")
     bias = learn(state.bias, model, v3, raw, T_camera_face, config.bias)
+    rest = learn_rest(state.rest, scores, x, config.bias)
     watch.lap("standing errors")
     weights = tools.resolver.weights(v4, x)
     watch.lap("weights anew")
-    after = TrackState(T_camera_face, v4, filtered, state.learner, correctives, bias, floor, False, frame.time)
+    after = TrackState(T_camera_face, v4, filtered, state.learner, correctives, bias, rest, False, frame.time)
     return after, TrackResult(True, T_camera_face, x, weights, v1, v4, error, *distances, learnt)
 
 
@@ -215,13 +218,10 @@ def _outline(tools: Tools, state: TrackState) -> Float[np.ndarray, "n 2"]:
     return tools.camera.project(points)
 
 
-def _scored(model: TrackingModel, sighting: Sighting, landmarks, state: TrackState, config: TrackConfig):
-    """The landmarker's scores above what it scores at rest, and that floor."""
-    if landmarks is None:
-        return sighting, state.floor
-    scores = np.array([landmarks.scores.get(name, np.nan) for name in model.rig.names])
-    floor = floor_of(state.floor, scores, config.bias)
-    return replace(sighting, said=above(scores, floor)), floor
+def _scores(model: TrackingModel, landmarks: Landmarks2D | None) -> Float[np.ndarray, " k"]:
+    """What the landmarker says of each shape; NaN where nothing."""
+    scores = {} if landmarks is None else landmarks.scores
+    return np.array([scores.get(name, np.nan) for name in model.rig.names])
 
 
 def _blendshapes(tools, frame, sighting: Sighting, T_camera_face, state: TrackState, config: TrackConfig):
