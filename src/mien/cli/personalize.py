@@ -6,11 +6,13 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from ..errors import BadInput
+from ..files import writable
 from ..io.gltf import write_rig
 from ..io.meshes import write_mesh
-from ..io.rgbd import read_rgbd
+from ..io.rgbd import RgbdTake, read_rgbd
 from ..tracking.personalize import PersonalizeConfig
 from ..tracking.personalize import personalize as make_rig
+from ..tracking.portrait import portray
 from .bar import bar
 
 
@@ -20,9 +22,12 @@ def personalize(
     output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("rig.glb"),
     scan: Path | None = None,
     depth_scale: float | None = None,
+    focal: float | None = None,
     config: Annotated[PersonalizeConfig, Parameter(name="*")] = PersonalizeConfig(),
 ) -> None:
     """An RGB-D take of a calm face in; that person's rig with 52 (or 23) expressions out.
+
+    Colour video alone will do where there is nothing else: the face is then fitted to landmarks, its size is a guess.
 
     Beside the rig goes `NAME.landmarks.json`: where the landmark detector sees its points on this very face.
     `mien track` looks for it there.
@@ -30,17 +35,22 @@ def personalize(
     Parameters
     ----------
     take
-        An RGB-D folder, a Record3D .r3d or a RealSense .bag whose first second or two show the face calm.
+        An RGB-D folder, a Record3D .r3d, a RealSense .bag or a video whose first second or two show the face calm.
     output
         Where the rig goes (.glb).
     scan
         Write the merged depth too (.ply).
     depth_scale
         Units a metre in a folder's depth images, instead of what its take.json says.
+    focal
+        Focal length of a video's lens, pixels; without it 60 degrees are assumed across the longer side.
     """
     if output.suffix.lower() != ".glb":
         raise BadInput(f"{output}: rigs are written as .glb; name it so")
-    source = read_rgbd(take, depth_scale)
+    writable(output, *([scan] if scan else []))
+    source = read_rgbd(take, depth_scale, focal=focal)
+    if not source.has_depth:
+        return from_video(source, output, scan, config)
     with bar() as progress:
         person = make_rig(source, config=config, progress=progress)
     write_rig(output, person.rig)
@@ -50,6 +60,20 @@ def personalize(
     print(
         f"{output}: {len(person.rig.names)} shapes; {person.merged} frames merged, {person.neutral.wrapped:.2f} mm "
         f"mean distance from the scan ({person.neutral.fitted:.2f} before the shrink-wrap)"
+    )
+
+
+def from_video(source: RgbdTake, output: Path, scan: Path | None, config: PersonalizeConfig) -> None:
+    """The same without depth."""
+    if scan is not None:
+        raise BadInput(f"{source.name}: has no depth to merge into a scan; leave --scan out")
+    with bar() as progress:
+        portrait = portray(source, config=config, progress=progress)
+    write_rig(output, portrait.rig)
+    portrait.landmarks.save(beside(output))
+    print(
+        f"{output}: {len(portrait.rig.names)} shapes, from colour alone; landmarks {portrait.average:.2f} mm off the "
+        f"average face, {portrait.fitted:.2f} mm off the fitted one"
     )
 
 

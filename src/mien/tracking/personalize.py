@@ -90,7 +90,7 @@ def personalize(
         raise BadInput(f"{take.name}: has no depth; a person's rig needs an RGB-D take")
     face = face or load_face()
     generic = generic or landmarks_of(face.rig)
-    frames, found = _calm(take, landmarker or FaceLandmarker("video"), config, progress)
+    frames, found = calm_frames(take, landmarker or FaceLandmarker("video"), config, progress)
     try:
         T_camera_face = detect(tracking_model(face.rig, generic), frames[0], found[0], take.camera)
     except WrongScale as error:
@@ -135,7 +135,7 @@ def with_scale(error: BadInput, take: RgbdTake) -> BadInput:
     )
 
 
-def _calm(take: RgbdTake, landmarker, config, progress) -> tuple[list[RGBDFrame], list[Landmarks2D]]:
+def calm_frames(take: RgbdTake, landmarker, config, progress) -> tuple[list[RGBDFrame], list[Landmarks2D]]:
     """The calm frames in which a face is found, with their landmarks."""
     frames, found = [], []
     calm: Iterable[RGBDFrame] = islice(iter(take), config.first, config.first + config.frames)
