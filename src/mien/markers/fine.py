@@ -40,7 +40,7 @@ class FineResult:
 def register_fine(
     shapes: Float[np.ndarray, "scans n 3"],
     faces: Int[np.ndarray, "m 3"],
-    regions: dict[str, Float[np.ndarray, " n"]],
+    regions: dict[str, Float[np.ndarray, " _"]],
     surfaces: Sequence[Surface] | None = None,
     config: FineConfig = FineConfig(),
     constraints: Sequence[PairConstraint] = (),

@@ -1,11 +1,12 @@
 """One scan aligned with its neighbours (Huang et al. 2011, eq. 9-11): the paper's LocalAlign."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
+from ..errors import BadInput
 from ..flow import FlowConstraints, optical_flow
 from ..mesh import SurfaceImage, closest_point
 from ..register import Surface
@@ -15,6 +16,10 @@ from .fine_features import averaged, colour_image, curvature_image, detail, over
 from .fine_held import constraints_on, near_points, within
 from .fine_layout import SHOWN, Layout, sampled
 
+FAR_MM = 10.0
+"""A constraint's point farther than this from the scan is a mistake."""
+SMALLEST = 8
+"""Pixels a side that a flow needs."""
 LEAST = 0.1
 """Evidence below which a region is left as it is."""
 
@@ -48,8 +53,18 @@ class Sheet:
         return out
 
     def pixels(self, points: Float[np.ndarray, "k 3"]) -> Float[np.ndarray, "k 2"]:
-        """Where points of the scan (mm) are laid out."""
-        return self.layout.place_of(closest_point(self.mesh, points).attachment())
+        """Where points of the scan (mm) are laid out.
+
+        Raises:
+            BadInput: a point far off the scan's face.
+        """
+        found = closest_point(self.mesh, points)
+        if found.distances.max(initial=0) > FAR_MM:
+            raise BadInput(
+                f"constraints: a point is {found.distances.max():.0f} mm off the scan's face; "
+                "give points on the scan, in the coordinates of its file"
+            )
+        return self.layout.place_of(found.attachment())
 
     def carried(self, points: Float[np.ndarray, "k 3"], places: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "k 2"]:
         """Where its points come to be when its vertices go to `places` in the image."""
@@ -86,6 +101,8 @@ def local_align(
     the scan to its neighbours, as the paper has it, its inverse would be wanted.)
     """
     sheet, who = sheets[i], np.unique(near)
+    if not len(who):
+        return
     compared = compared_with(layout, sheet, [sheets[k] for k in who])
     held = constraints_on(sheets, i, constraints, config.pixel_mm)
     offset = np.zeros((*layout.shape, 2))
@@ -138,12 +155,22 @@ def _region_flow(
     evidence = np.where(mask, compared.evidence[..., members].max(axis=2), 0.0)
     if evidence.max() < LEAST and here is None:
         return None
-    settings = config.flow
     sigma = config.reach_mm / config.pixel_mm
     reach = np.clip(averaged(evidence, mask, sigma) / config.enough, 0, 1)
     if here is not None:
-        far = np.linalg.norm(here.target - here.source, axis=1).max()
-        settings = replace(settings, margin=max(settings.margin, int(far) + 8))
         reach = np.maximum(reach, near_points(here.source, layout.shape, 2 * sigma))
-    flow = optical_flow(source, target, mask, here, settings).flow
+    box = _box(mask, config.flow.margin)
+    if here is not None:
+        here = here.moved((box[1].start, box[0].start))
+    flow = np.zeros((*layout.shape, 2))
+    flow[box] = optical_flow(source[box], target[box], None, here, config.flow).flow
     return reach[..., None] * flow
+
+
+def _box(mask: Bool[np.ndarray, "h w"], margin: int) -> tuple[slice, slice]:
+    """Rows and columns round what is to be solved. All in it counts: a mask of the source alone would bias its rim."""
+    low, high = (f(np.argwhere(mask), axis=0) for f in (np.min, np.max))
+    start = np.maximum(low - margin, 0)
+    stop = np.minimum(np.maximum(high + 1 + margin, start + SMALLEST), mask.shape)
+    start = np.maximum(np.minimum(start, stop - SMALLEST), 0)
+    return slice(int(start[0]), int(stop[0])), slice(int(start[1]), int(stop[1]))

@@ -55,7 +55,7 @@ class FineConfig:
     flow: FlowConfig = field(
         default_factory=lambda: FlowConfig(margin=12, coarsest=32, smoothness=4.0, constraint=1000.0)
     )
-    """Its margin is the largest displacement at least, pixels."""
+    """Its margin, pixels, is kept round every region."""
     threshold: float = 0.05
     """1/mm: curvatures below it count as 0 in the registration error (the paper's threshold)."""
     unreliable: float = 0.06
