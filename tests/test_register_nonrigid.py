@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
+from mien.errors import BadInput
 from mien.mesh import Attachment, ClosestPoint, Mesh, closest_point, cotangent_laplacian, vertex_normals
 from mien.register import (
     Anchors,
@@ -123,6 +124,37 @@ def test_both_preconditioners_reach_the_dense_answer(factor_up_to):
     expected = np.linalg.lstsq(dense, rhs, rcond=None)[0].reshape(-1, 3)
     assert solved.converged
     np.testing.assert_allclose(solved.vertices, expected, atol=1e-4)
+
+
+def test_a_coarser_mesh_beside_the_diagonal_saves_iterations():
+    """The same answer as without, in far fewer steps."""
+    mesh = hills(61)
+    x = bent(mesh.vertices)
+    stencil = make_stencil(mesh.vertices, mesh.faces)
+    at = Attachment(np.arange(0, 7200, 300), np.full((24, 3), 1 / 3))
+    edges = turned_edges(stencil, mesh.vertices, None)
+    markers = marker_term(at.matrix(mesh), at.points(mesh.with_vertices(x)), np.full(24, 100.0))
+    shape = [laplacian_term(stencil, edges, 1.0, 1.0), membrane_term(stencil, edges, 0.02)]
+    terms = [*shape, markers, point_term(x, 0.01 * stencil.mass)]
+    planes = plane_term(x, vertex_normals(x, mesh.faces), 0.09 * stencil.mass)
+    coarse = CoarseTemplate(mesh, 700).prolongation
+    exact = solve_vertices(terms, planes, mesh.vertices, tolerance=1e-8, iterations=5000).vertices
+    settings = {"factor_up_to": 0, "iterations": 60}
+    alone = solve_vertices(terms, planes, mesh.vertices, **settings)
+    beside = solve_vertices(terms, planes, mesh.vertices, prolongation=coarse, **settings)
+    off, off_alone = (np.linalg.norm(found.vertices - exact, axis=1).mean() for found in (beside, alone))
+    assert off < 0.4 * off_alone
+
+
+def test_a_template_that_cannot_be_decimated_is_refused():
+    mesh = hills(61)
+    fin = np.concatenate([mesh.vertices, mesh.vertices[:1] + 5])
+    forked = Mesh(fin, np.concatenate([mesh.faces, [[*mesh.faces[700, :2], len(fin) - 1]]]))
+    mixed = Mesh(mesh.vertices, np.where(np.arange(len(mesh.faces))[:, None] % 7, mesh.faces, mesh.faces[:, ::-1]))
+    for wrong in (forked, mixed):
+        with pytest.raises(BadInput, match="more than two triangles or mixed winding"):
+            Template(wrong, coarse_vertices=500)
+        Template(wrong, coarse_vertices=0)
 
 
 def _plane_rows(term, n):

@@ -93,7 +93,7 @@ def carried(
     hold = np.where(shown, 1e4, 0.3) * template.stencil.mass
     edges = turned_edges(template.stencil, rest, local_rotations(template.stencil, rest, goal))
     terms = [laplacian_term(template.stencil, edges, 1.0, 1.0), membrane_term(template.stencil, edges, 0.02)]
-    solved = solve_vertices([*terms, point_term(goal, hold)], None, goal).vertices
+    solved = solve_vertices([*terms, point_term(goal, hold)], None, goal, prolongation=template.prolongation).vertices
     return np.where(shown[:, None], vertices, solved)
 
 

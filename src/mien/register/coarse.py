@@ -1,31 +1,41 @@
 """A decimated template for stiff rounds, and the way there and back, along the surface and never across a gap."""
 
+from functools import cached_property
+
 import igl
 import numpy as np
 import scipy.sparse as sp
 from jaxtyping import Float, Int
 from scipy.sparse.csgraph import dijkstra
 
+from ..errors import BadInput
 from ..mesh import Attachment, Mesh, barycentric
 from .residuals import Stencil
 from .shape import local_rotations, make_stencil
 
 
 class CoarseTemplate:
-    """A template with fewer vertices. Lips that touch stay apart: nearness is measured along the surface."""
+    """A template with fewer vertices. Lips that touch stay apart: nearness is measured along the surface.
+
+    Raises:
+        BadInput: a mesh that cannot be decimated: edges of more than two triangles, or neighbours wound differently.
+    """
 
     def __init__(self, fine: Mesh, vertices: int):
         self._fine = fine
-        faces = np.ascontiguousarray(fine.faces, dtype=np.int64)
-        made = igl.decimate(np.ascontiguousarray(fine.vertices), faces, 2 * vertices)
-        corners, triangles, _, birth = (np.asarray(part) for part in made)
-        kept = _nearest_members(fine, _cells(fine, birth.astype(np.int64)), birth.astype(np.int64), corners)
-        self.mesh = Mesh(fine.vertices[kept], triangles.astype(np.int64))
+        corners, triangles, birth = _decimated(fine, vertices)
+        kept = _nearest_members(fine, _cells(fine, birth), birth, corners)
+        self.mesh = Mesh(fine.vertices[kept], triangles)
         self.stencil: Stencil = make_stencil(self.mesh.vertices, self.mesh.faces)
         self._cell = _cells(fine, kept)
         self._fans = _fans(self.mesh)
         self._mean = _means(self._cell, len(corners))
         self._home = self._beside(fine.vertices, self._cell)
+
+    @cached_property
+    def prolongation(self) -> sp.csr_matrix:
+        """(n, k): fine displacements from coarse ones, straight over each coarse triangle."""
+        return self._home.matrix(self.mesh)
 
     def averaged(self, values: Float[np.ndarray, "n *c"]) -> np.ndarray:
         """Values of fine vertices, averaged over those that each coarse vertex stands for."""
@@ -68,6 +78,20 @@ class CoarseTemplate:
             cells = cells.copy()
             cells[walking] = self.mesh.faces[faces[walking], weights[walking].argmax(axis=1)]
         return Attachment(faces, weights)
+
+
+def _decimated(fine: Mesh, vertices: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Vertices (k, 3) and triangles of the decimated mesh, and the fine vertex that each began as."""
+    directed = fine.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2).astype(np.int64)
+    keys = directed[:, 0] * len(fine.vertices) + directed[:, 1]
+    corners, triangles, birth = np.zeros((0, 3)), np.zeros((0, 3), np.int64), np.zeros(0, np.int64)
+    if len(np.unique(keys)) == len(keys):
+        faces = np.ascontiguousarray(fine.faces, dtype=np.int64)
+        made = igl.decimate(np.ascontiguousarray(fine.vertices), faces, 2 * vertices)
+        corners, triangles, _, birth = (np.asarray(part) for part in made)
+    if not len(corners):
+        raise BadInput("template: edges of more than two triangles or mixed winding; mend it, or use another template")
+    return corners, triangles.astype(np.int64), birth.astype(np.int64)
 
 
 def _cells(fine: Mesh, seeds: Int[np.ndarray, " k"]) -> Int[np.ndarray, " n"]:

@@ -8,6 +8,7 @@ small membrane term keeps triangles from drifting; and a decimated template take
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+import scipy.sparse as sp
 from jaxtyping import Bool, Float
 
 from ..mesh import Attachment, ClosestPoint, Mesh, vertex_normals
@@ -24,7 +25,7 @@ from .residuals import (
     point_term,
 )
 from .shape import local_rotations, make_stencil, turned_edges
-from .solver import solve_vertices
+from .solver import FACTOR_UP_TO, solve_vertices
 
 
 @dataclass(frozen=True)
@@ -88,12 +89,21 @@ class NonrigidResult:
 
 
 class Template:
-    """A template made ready: its stencil, and a coarse stand-in for stiff rounds. Build once, register often."""
+    """A template made ready: its stencil, and a coarse stand-in for stiff rounds. Build once, register often.
+
+    Raises:
+        BadInput: a template to be decimated that has edges of more than two triangles or mixed winding.
+    """
 
     def __init__(self, mesh: Mesh, coarse_vertices: int = NonrigidConfig.coarse_vertices):
         self.mesh = mesh
         self.stencil = make_stencil(mesh.vertices, mesh.faces)
         self._coarse = CoarseTemplate(mesh, coarse_vertices) if 0 < 2 * coarse_vertices < len(mesh.vertices) else None
+        self.prolongation: sp.csr_matrix | None = None
+        """(n, k): fine displacements from those of a coarse mesh, for the solver; None where it needs no such help."""
+        if len(mesh.vertices) > FACTOR_UP_TO:
+            coarse = self._coarse or CoarseTemplate(mesh, NonrigidConfig.coarse_vertices)
+            self.prolongation = coarse.prolongation
 
     def register(
         self,
@@ -114,7 +124,7 @@ class Template:
         surface = target if isinstance(target, Surface) else Surface(target)
         x = self.mesh.vertices if start is None else start
         trust = np.ones(len(x)) if trust is None else trust
-        body = _Body(self.mesh, self.stencil, _anchored(self.mesh, anchors, config), trust, config)
+        body = _Body(self.mesh, self.stencil, _anchored(self.mesh, anchors, config), trust, config, self.prolongation)
         coarse_body = _coarse_body(self._coarse, body, anchors, config) if self._coarse else body
         y = self._coarse.down(x) if self._coarse else x
         stiff = [*np.zeros(3 if anchors else 0), *np.repeat(config.coarse, config.coarse_rounds)]
@@ -165,6 +175,7 @@ class _Body:
     markers: PointTerm | None
     trust: np.ndarray
     config: NonrigidConfig
+    prolongation: sp.csr_matrix | None = None
 
     def round(self, x: np.ndarray, surface: Surface, w3: float, rejection: Rejection) -> np.ndarray:
         """Search closest points, turn the differential coordinates, solve."""
@@ -172,7 +183,7 @@ class _Body:
         if w3:
             more, planes = self.surface_terms(self.pairs(x, surface, rejection), w3)
             points += more
-        return solve_vertices(points, planes, x).vertices
+        return solve_vertices(points, planes, x, prolongation=self.prolongation).vertices
 
     def pairs(self, x: np.ndarray, surface: Surface, rejection: Rejection) -> Correspondences:
         return surface.correspond(x, vertex_normals(x, self.mesh.faces), rejection)

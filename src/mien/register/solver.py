@@ -10,6 +10,9 @@ from scipy.sparse.linalg import splu
 
 from .residuals import PlaneTerm, PointTerm
 
+FACTOR_UP_TO = 8000
+"""Vertices up to which a factor of the whole is worth its time."""
+
 
 @dataclass(frozen=True)
 class SolveResult:
@@ -26,19 +29,21 @@ def solve_vertices(
     planes: PlaneTerm | None,
     start: Float[np.ndarray, "n 3"],
     damping: float = 1e-6,
-    factor_up_to: int = 8000,
-    iterations: int = 30,
+    factor_up_to: int = FACTOR_UP_TO,
+    iterations: int = 60,
     tolerance: float = 1e-3,
+    prolongation: sp.csr_matrix | None = None,
 ) -> SolveResult:
     """Minimise the sum of the terms from `start` (n, 3).
 
     The point terms' matrix is one for x, y and z. Up to `factor_up_to` vertices its factor is the preconditioner; on
-    more, the diagonal is (a fine mesh that starts close needs no more). Planes couple x, y and z; the iteration
-    takes them exactly.
+    more, the diagonal is, and with `prolongation` the factor on a coarser mesh beside it, without which what is long
+    and soft would hardly move in so few iterations. Planes couple x, y and z; the iteration takes them exactly.
 
     Args:
         damping: pull towards `start`, as a share of the mean diagonal: holds what no term holds.
         tolerance: stop when the residual of the normal equations has fallen to this share.
+        prolongation: (n, k), the vertices' displacements from those of a coarser mesh.
     """
     n = len(start)
     A = sp.csr_matrix((n, n))
@@ -56,7 +61,7 @@ def solve_vertices(
     def apply(x: np.ndarray) -> np.ndarray:
         return A @ x + normals * np.einsum("nd,nd->n", normals, x)[:, None]
 
-    precondition = _factor(A, normals) if n <= factor_up_to else _diagonal(A, normals)
+    precondition = _factor(A, normals) if n <= factor_up_to else _two_levels(A, normals, prolongation)
     return conjugate_gradients(apply, rhs, start, precondition, iterations, tolerance)
 
 
@@ -65,6 +70,20 @@ def _factor(A: sp.csr_matrix, normals: np.ndarray) -> Callable[[np.ndarray], np.
     weights = np.einsum("nd,nd->n", normals, normals)
     lu = splu(sp.csc_matrix(A + sp.diags(weights)), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
     return lambda r: np.ascontiguousarray(lu.solve(r))
+
+
+def _two_levels(
+    A: sp.csr_matrix, normals: np.ndarray, prolongation: sp.csr_matrix | None
+) -> Callable[[np.ndarray], np.ndarray]:
+    """The diagonal on the fine mesh and the factor on the coarse one, added up."""
+    fine = _diagonal(A, normals)
+    if prolongation is None:
+        return fine
+    P = prolongation
+    Pt = sp.csr_matrix(P.T)
+    held = A + sp.diags(np.einsum("nd,nd->n", normals, normals))
+    coarse = _factor(sp.csr_matrix(Pt @ (held @ P)), np.zeros((Pt.get_shape()[0], 3)))
+    return lambda r: fine(r) + P @ coarse(Pt @ r)
 
 
 def _diagonal(A: sp.csr_matrix, normals: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
