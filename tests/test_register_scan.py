@@ -108,7 +108,7 @@ def test_density_keeps_the_coarse_vertices_first(found, staged):
 
 @needs_model
 def test_the_command_writes_face_page_and_record(staged, tmp_path, capsys, monkeypatch, found):
-    monkeypatch.setattr("mien.cli.register.register_scan", lambda *_, **__: found)
+    monkeypatch.setattr("mien.faces.registration.register_scan", lambda *_, **__: found)
     register(staged[0], output=tmp_path / "face.glb", report=tmp_path / "page.html")
     assert "mean distance" in capsys.readouterr().out
     assert read_rig(tmp_path / "face.glb").names == load_face().rig.names
@@ -122,7 +122,9 @@ def test_the_command_refuses_what_it_cannot_do(tmp_path):
     with pytest.raises(BadInput, match="a folder"):
         register(tmp_path)
     with pytest.raises(BadInput, match=r"\.glb"):
-        register(tmp_path / "scan.obj", output=tmp_path / "face.obj")
+        register(tmp_path, output=tmp_path / "face.obj")
+    with pytest.raises(BadInput, match="no such file"):
+        register(tmp_path / "scan.obj")
 
 
 def ball() -> Mesh:
