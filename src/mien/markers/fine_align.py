@@ -12,7 +12,7 @@ from ..mesh import SurfaceImage, closest_point
 from ..register import Surface
 from .constraints import PairConstraint
 from .fine_config import FineConfig
-from .fine_features import averaged, colour_image, curvature_image, detail, over
+from .fine_features import averaged, detail, over, raw_images
 from .fine_held import constraints_on, near_points, within
 from .fine_layout import SHOWN, Layout, sampled
 
@@ -30,11 +30,10 @@ class Sheet:
     def __init__(self, layout: Layout, shape: np.ndarray, surface: Surface | None, config: FineConfig):
         self.layout, self.shape = layout, shape
         self.mesh = layout.mesh.with_vertices(shape[layout.vertices])
-        curvature = curvature_image(self.mesh, layout.image, surface, config.curvature_radius_mm)
+        curvature, colour = raw_images(self.mesh, layout.image, surface, config)
         self.curvature: Float[np.ndarray, "h w"] = over(curvature, config.threshold)
         """1/mm, small values set to 0, for the registration error; NaN where the scan has no data."""
         self.detail = [detail(curvature, config.curvature, config.pixel_mm)]
-        colour = colour_image(self.mesh, layout.image, surface)
         if colour is not None and config.colour is not None:
             self.detail.append(detail(colour, config.colour, config.pixel_mm))
         self.places: Float[np.ndarray, "n 2"] = layout.home.copy()
@@ -131,6 +130,7 @@ class Compared:
 
 
 def compared_with(layout: Layout, sheet: Sheet, others: list[Sheet]) -> Compared:
+    """What the scan and the others show at the same vertices now."""
     warped = np.nan_to_num(prewarped(layout, sheet, others, lambda s: [d.scaled for d in s.detail]))
     theirs = np.nan_to_num(prewarped(layout, sheet, others, lambda s: [d.evidence for d in s.detail]))
     trust = np.stack([d.evidence for d in sheet.detail])[..., None] * theirs
@@ -157,9 +157,11 @@ def _region_flow(
         return None
     sigma = config.reach_mm / config.pixel_mm
     reach = np.clip(averaged(evidence, mask, sigma) / config.enough, 0, 1)
+    margin = config.flow.margin
     if here is not None:
         reach = np.maximum(reach, near_points(here.source, layout.shape, 2 * sigma))
-    box = _box(mask, config.flow.margin)
+        margin = max(margin, int(np.abs(here.target - here.source).max()) + 8)
+    box = _box(mask, margin)
     if here is not None:
         here = here.moved((box[1].start, box[0].start))
     flow = np.zeros((*layout.shape, 2))

@@ -8,7 +8,7 @@ from scipy.ndimage import gaussian_filter
 
 from ..mesh import Mesh, SurfaceImage, curvature_features, mean_curvature, vertex_normals
 from ..register import Rejection, Surface
-from .fine_config import FeatureConfig
+from .fine_config import FeatureConfig, FineConfig
 
 NEAR = Rejection(max_distance=3.0)
 """Which points of a scan show what its registered surface is like."""
@@ -54,29 +54,23 @@ def averaged(values: Float[np.ndarray, "h w"], known: Bool[np.ndarray, "h w"], s
     return gaussian_filter(np.where(known, values, 0.0), sigma) / np.maximum(share, THIN)
 
 
-def curvature_image(
-    mesh: Mesh, image: SurfaceImage, surface: Surface | None, radius_mm: float
-) -> Float[np.ndarray, "h w"]:
-    """Mean curvature, 1/mm, of the mesh or, where it is given, of the scan that the mesh was registered to."""
+def raw_images(
+    mesh: Mesh, image: SurfaceImage, surface: Surface | None, config: FineConfig
+) -> tuple[Float[np.ndarray, "h w"], Float[np.ndarray, "h w"] | None]:
+    """Mean curvature, 1/mm, and luminance, 0..1, or None; NaN where there is no data.
+
+    Both of the scan that `mesh` was registered to, at the points closest to what the pixels show, since the mesh is
+    smoother than the scan; without a scan the curvature of the mesh.
+    """
+    radius = config.curvature_radius_mm
     if surface is None:
-        return image.draw(mean_curvature(mesh, radius_mm))
-    return from_surface(mesh, image, surface, mean_curvature(surface.mesh, radius_mm))
-
-
-def colour_image(mesh: Mesh, image: SurfaceImage, surface: Surface | None) -> Float[np.ndarray, "h w"] | None:
-    """Luminance of the scan's vertex colours, 0..1; None where it has none."""
-    if surface is None or surface.mesh.colors is None:
-        return None
-    return from_surface(mesh, image, surface, surface.mesh.colors @ np.array(LUMINANCE))
-
-
-def from_surface(
-    mesh: Mesh, image: SurfaceImage, surface: Surface, values: Float[np.ndarray, " v"]
-) -> Float[np.ndarray, "h w"]:
-    """Vertex values of a scan at the point closest to what each pixel shows of `mesh`; NaN where none is near."""
-    out = np.full(image.faces.shape, np.nan)
+        return image.draw(mean_curvature(mesh, radius)), None
+    values = [mean_curvature(surface.mesh, radius)]
+    if surface.mesh.colors is not None and config.colour is not None:
+        values.append(surface.mesh.colors @ np.array(LUMINANCE))
     places, normals = image.draw(mesh.vertices), image.draw(vertex_normals(mesh.vertices, mesh.faces))
     found = surface.correspond(places[image.mask], normals[image.mask], NEAR)
-    drawn = found.attachment().matrix(surface.mesh) @ values
-    out[image.mask] = np.where(found.accepted, drawn, np.nan)
-    return out
+    drawn = found.attachment().matrix(surface.mesh) @ np.stack(values, 1)
+    out = np.full((len(values), *image.mask.shape), np.nan)
+    out[:, image.mask] = np.where(found.accepted[:, None], drawn, np.nan).T
+    return out[0], out[1] if len(out) > 1 else None
