@@ -62,7 +62,10 @@ def register_fine(
     """
     _check(shapes, regions, surfaces, constraints, only)
     layout = Layout(Mesh(shapes.mean(axis=0), faces), regions, config.pixel_mm, config.alpha)
-    sheets = [Sheet(layout, x, surfaces[i] if surfaces else None, config) for i, x in enumerate(shapes)]
+    sheets: list[Sheet] = []
+    for i, shape in enumerate(shapes):
+        sheets.append(Sheet(layout, shape, surfaces[i] if surfaces else None, config))
+        progress.update("looking at the skin", i + 1, len(shapes))
     chosen = range(len(shapes)) if only is None else sorted(set(only))
     if start is not None:
         for i in sorted(set(range(len(shapes))) - set(chosen)):

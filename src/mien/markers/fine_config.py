@@ -58,7 +58,7 @@ class FineConfig:
     """Its margin, pixels, is kept round every region."""
     threshold: float = 0.05
     """1/mm: curvatures below it count as 0 in the registration error (the paper's threshold)."""
-    unreliable: float = 0.06
+    unreliable: float = 0.035
     """1/mm: a region whose registration error is larger is marked."""
 
     def __post_init__(self):
