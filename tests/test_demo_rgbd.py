@@ -20,6 +20,7 @@ from mien.io.rgbd import read_rgbd, write_rgbd
 from mien.io.rgbd_live import Replay, live_frames
 from mien.rig import Rig
 from mien.rig.retarget import CORRECTIVE
+from mien.tracking.fit import FitConfig
 from mien.tracking.pipeline import TakeConfig, track_take
 from mien.tracking.report import Crop, depth_colors, faces_sheet, learning_chart, preview, take_report
 from mien.tracking.study import FULL, Remembered, compare, left_out
@@ -251,3 +252,16 @@ def test_frames_that_a_live_source_missed_are_held(shell):
     assert (~performance.tracked).sum() == out.missed + 1  # the first frame's landmarks come with the second
     held = np.flatnonzero(~performance.tracked)[1:]
     np.testing.assert_array_equal(performance.weights[held], performance.weights[held - 1])
+
+
+def test_colour_alone_is_fitted_by_weights_of_its_own():
+    take, landmarker = played()
+    colour = replace(take, has_depth=False, frames=lambda: (replace(frame, depth=None) for frame in take))
+    moved = []
+    for fit in (FitConfig(alone=13.8, scores=0.0), FitConfig(alone=0.0, scores=0.0)):
+        config = TakeConfig(video=fit)
+        out = track_take(colour, stage.person(), stage.landmarks(), landmarker, config)
+        moved.append(out.performance.weights[:, stage.person().index("jawOpen")].max())
+        assert not out.learnt
+    assert moved[0] > 0.1
+    assert moved[1] < 0.02

@@ -17,6 +17,7 @@ from ..rig.transfer import FACS23
 from ..transforms import Transform
 from .correctives import CorrectiveConfig, Residuals, with_correctives
 from .features import LandmarkMap, landmarks_of
+from .fit import FitConfig
 from .landmark_stream import Landmarker, with_landmarks
 from .model import TrackingModel, tracking_model
 from .personalize import PATIENCE, no_face, with_scale
@@ -31,6 +32,9 @@ class TakeConfig:
     """Tracking a whole take."""
 
     track: TrackConfig = field(default_factory=TrackConfig)
+    video: FitConfig = field(default_factory=lambda: FitConfig(alone=2.0, scores=500.0))
+    """The blendshape fit where there is no depth: landmarks weigh less than the paper's, the landmarker's scores more
+    than beside depth."""
     correctives: CorrectiveConfig = field(default_factory=CorrectiveConfig)
     late: bool = False
     """Take the landmarks of the frame before, as a live source must; frames that were missed hold the last value."""
@@ -112,10 +116,11 @@ def track_frames(
     Raises:
         BadInput: no face in the first 30 frames.
     """
-    tools = prepare(model, take.camera, config.track)
-    state, ever = begin(tools, config.track), False
+    track = config.track if take.has_depth else replace(config.track, fit=config.video)
+    tools = prepare(model, take.camera, track)
+    state, ever = begin(tools, track), False
     for i, (frame, landmarks) in enumerate(seen):
-        state, result = step(tools, frame, landmarks, state, config.track, watch, late=config.late)
+        state, result = step(tools, frame, landmarks, state, track, watch, late=config.late)
         ever |= result.tracked
         if not ever and i + 1 >= PATIENCE:
             raise no_face(take)
