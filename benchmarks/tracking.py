@@ -67,8 +67,9 @@ def paper_sized(count: int = 6918) -> tuple[Rig, LandmarkMap]:
     fine, S = loop_subdivide(face.rig.neutral)
     magnified = fine.vertices * (1 + FINER * (S @ face.regions["face"])[:, None])
     _, faces, _, kept = igl.decimate(magnified, fine.faces.astype(np.int64), round(1.962 * count))
-    mesh = Mesh(fine.vertices[kept.ravel()], faces)
-    rig = Rig(mesh, np.stack([(S @ shape)[kept.ravel()] for shape in face.rig.deltas]), face.rig.names)
+    kept = np.asarray(kept).ravel()
+    mesh = Mesh(fine.vertices[kept], np.asarray(faces))
+    rig = Rig(mesh, np.stack([(S @ shape)[kept] for shape in face.rig.deltas]), face.rig.names)
     known = bundled_map()
     return rig, attach_landmarks(mesh, feature_points(known, face.rig.neutral), known.known)
 
@@ -118,7 +119,7 @@ def measure(frames: int) -> dict:
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--frames", type=int, default=120)
     parser.add_argument("--json", type=Path)
     arguments = parser.parse_args()

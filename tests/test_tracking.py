@@ -16,7 +16,7 @@ from mien.rig import Rig
 from mien.tracking.correctives import CorrectiveConfig, Residuals, with_correctives
 from mien.tracking.landmark_stream import with_landmarks
 from mien.tracking.pipeline import T_WORLD_CAMERA, track_frames, track_take
-from mien.tracking.tracker import TrackConfig, begin, prepare, step
+from mien.tracking.tracker import TrackConfig, begin, prepare, steadied, step
 
 FRAMES = 30
 
@@ -82,6 +82,16 @@ def test_a_still_head_does_not_tremble():
     results = run(frames, marks)[8:]
     places = np.stack([r.T_camera_face.apply(r.vertices.astype(float)) for r in results])
     assert np.sqrt(((places - places.mean(0)) ** 2).sum(2).mean()) < 0.1
+
+
+def test_small_motion_is_held_back_and_large_motion_let_through():
+    m, before = stage.model(), stage.pose((0.1, 0.2, 0.0))
+    nudged, gone = stage.pose((0.1, 0.2, 0.0), (0.2, 0, 0)), stage.pose((0.15, 0.1, 0.0), (5, 3, 0))
+    half = steadied(m, before, nudged, 0.2)
+    np.testing.assert_allclose(half.translation - before.translation, [0.1, 0, 0], atol=1e-9)
+    np.testing.assert_allclose(steadied(m, before, gone, 0.2).apply(m.neutral), gone.apply(m.neutral), atol=0.06)
+    for same in (steadied(m, before, gone, 0.0), steadied(m, gone, gone, 0.2)):
+        np.testing.assert_allclose(same.apply(m.neutral), gone.apply(m.neutral), atol=1e-9)
 
 
 def test_a_head_that_was_hidden_is_found_again_at_once():

@@ -117,7 +117,7 @@ def test_normal_equations_add_up(scene):
 
 def test_known_weights_and_pose_are_found(scene):
     m, _, truth, sighting = scene
-    light = FitConfig(rounds=8, ridge=0.5, sparse=0.5, still=0.0, features=13.8, relative=False, settle=0.0, gaze=0.0)
+    light = FitConfig(rounds=8, ridge=0.5, sparse=0.5, still=0.0, features=13.8, relative=False, settle=0.0, eyes=0.0)
     start = stage.pose((0.09, 0.16, 0.05), (2, 2, 2))
     found = fit_blendshapes(m, sighting, np.zeros(m.shapes), start, light)
     moved_by = np.linalg.norm(m.blend(found.weights) - m.blend(truth), axis=1)

@@ -12,7 +12,7 @@ whatever the camera. The depth term counts as much as the paper's 3,480 points, 
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float, Float32, Int
 
 from .._kernels import icp, track, track_fit
 from ..transforms import Transform
@@ -42,7 +42,7 @@ class FitConfig:
     gaps: float = 0.0
     """Weight of the opening between two lids or lips, which errors common to both do not touch; 0 = none. Off, since
     MediaPipe's openings err by half a millimetre and more."""
-    soft: float = 12.0
+    soft: float = 30.0
     """Residuals much above this lose weight, mm. Large = plain least squares."""
     ridge: float = 20.0
     """Weight of each squared coefficient."""
@@ -55,9 +55,9 @@ class FitConfig:
     still: float = 20.0
     """Weight of the squared change since the last frame."""
     scores: float = 150.0
-    """Weight of the squared distance to the landmarker's own scores, of the shapes that it tells well."""
-    gaze: float = 1000.0
-    """The same for gaze to the side, which moves nothing that depth could see."""
+    """Weight of the squared distance to the landmarker's own scores of smiles."""
+    eyes: float = 1000.0
+    """The same for blinks and gaze to the side, of which depth sees little."""
     relative: bool = True
     """Beside depth, let features speak of one another's places alone, not of the head's: their errors have much in
     common, and depth knows better where the head is. False = the paper's."""
@@ -95,6 +95,7 @@ def fit_blendshapes(
     normals = track.vertex_normals(model.blend(x), model.faces)
     for _ in range(config.rounds):
         centre = T_camera_face.apply(model.centre[None])[0]
+        match = None
         A, b = normal_equations(_feature_rows(model, sighting, x, T_camera_face, centre, config), model.shapes)
         if sighting.depth is not None:
             match = correspond(model.blend(x), normals, T_camera_face, sighting, rigid)
@@ -106,17 +107,22 @@ def fit_blendshapes(
         motion = change[model.shapes :].copy()
         motion[:3] /= LEVER
         T_camera_face = moved(T_camera_face, motion, centre)
-        if sighting.depth is not None and config.settle:
-            T_camera_face = settle(model, model.blend(x), normals, T_camera_face, sighting, config, rigid)
+        if match is not None and config.settle:
+            T_camera_face = settle(model, model.blend(x), match, T_camera_face, config)
     return FitResult(x, T_camera_face, error, covered)
 
 
-def settle(model: TrackingModel, vertices, normals, T_camera_face, sighting, config: FitConfig, rigid) -> Transform:
+def settle(
+    model: TrackingModel,
+    vertices: Float32[np.ndarray, "f 3"],
+    match: Correspondences,
+    T_camera_face: Transform,
+    config: FitConfig,
+) -> Transform:
     """One ICP step of the fitted face, measured on the vertices that expressions move least."""
-    match = correspond(vertices, normals, T_camera_face, sighting, rigid)
+    points = track.place(vertices, T_camera_face.rotation, T_camera_face.translation)
     centre = T_camera_face.apply(model.centre[None])[0]
-    weight = match.weight * model.steady
-    A, b, _, _ = icp.rigid_system(match.points, match.found, match.plane, weight, centre, config.settle)
+    A, b, _, _ = icp.rigid_system(points, match.found, match.plane, match.weight * model.steady, centre, config.settle)
     return moved(T_camera_face, np.linalg.solve(A + 1e-9 * np.trace(A) * np.eye(6), b), centre)
 
 
@@ -236,9 +242,10 @@ def _add_priors(A, b, x, before, said, model: TrackingModel, config: FitConfig) 
     """Ridge, sparsity, stillness and the landmarker's scores, added in place to the coefficients' equations."""
     k = len(x)
     diagonal = np.full(k, config.ridge + config.still)
-    b[:k] += config.still * before - diagonal * x - (config.sparse + config.effort * model.size) / (2 + 2 * x / config.ease)
+    price = (config.sparse + config.effort * model.size) / (1 + x / config.ease)
+    b[:k] += config.still * before - diagonal * x - price / 2
     if said is not None:
-        trust = np.where(model.gaze, config.gaze, np.where(model.told, config.scores, 0.0)) * np.isfinite(said)
+        trust = np.where(model.eyes, config.eyes, np.where(model.smiles, config.scores, 0.0)) * np.isfinite(said)
         b[:k] += trust * (np.nan_to_num(said) - x)
         diagonal += trust
     A[np.arange(k), np.arange(k)] += diagonal

@@ -16,7 +16,7 @@ from .features import FEATURES, LandmarkMap, skin_faces
 POINTS = 3480.0
 """What the depth term weighs in all, in vertices: the frontal vertices of the paper's mesh, whatever ours has."""
 
-TOLD = ("mouthSmile", "eyeBlink")
+EYES, SMILES = ("eyeBlink", "eyeLookIn", "eyeLookOut"), ("mouthSmile",)
 """Shapes that MediaPipe scores well. It hardly ever scores cheeks, nose, jaw to the side or rolled lips, and its brows,
 squints and puckers wander from face to face."""
 
@@ -57,10 +57,10 @@ class TrackingModel:
     """Share times how little the shapes move a vertex along its normal: what the head's pose is measured on."""
     size: Float[np.ndarray, " k"]
     """How far each shape moves the front, mm root mean square."""
-    gaze: Bool[np.ndarray, " k"]
-    """Shapes that turn the eyes aside and hardly move the skin."""
-    told: Bool[np.ndarray, " k"]
-    """Shapes at which the landmarker's own score can be trusted."""
+    eyes: Bool[np.ndarray, " k"]
+    """Blinks and gaze to the side, which the landmarker scores well."""
+    smiles: Bool[np.ndarray, " k"]
+    """Smiles, which it scores fairly well."""
     scale_mm: float
     """Distance between the outer eye corners on the neutral, mm."""
 
@@ -122,8 +122,8 @@ def tracking_model(rig: Rig, landmarks: LandmarkMap, reach: float = 45.0) -> Tra
         centre=mesh.vertices[front].mean(0),
         steady=_steady(rig, front, area),
         size=np.sqrt(np.einsum("f,fdk->k", share, basis.astype(np.float64) ** 2)),
-        gaze=np.array([name.startswith(("eyeLookIn", "eyeLookOut")) for name in rig.names]),
-        told=np.array([name.startswith(TOLD) for name in rig.names]),
+        eyes=np.array([name.startswith(EYES) for name in rig.names]),
+        smiles=np.array([name.startswith(SMILES) for name in rig.names]),
         scale_mm=_eye_span(landmarks, mesh),
     )
 
@@ -178,12 +178,10 @@ def _landmark_basis(rig: Rig, landmarks: LandmarkMap) -> np.ndarray:
 
 def _corners(picks: sp.csr_matrix) -> tuple[np.ndarray, np.ndarray]:
     """Columns and values of a sparse matrix's rows, side by side, short rows filled with weights of 0."""
-    width = int(np.diff(picks.indptr).max())
-    vertices, weights = np.zeros((picks.shape[0], width), np.int64), np.zeros((picks.shape[0], width))
-    for row in range(picks.shape[0]):
-        some = slice(picks.indptr[row], picks.indptr[row + 1])
-        count = some.stop - some.start
-        vertices[row, :count], weights[row, :count] = picks.indices[some], picks.data[some]
+    rows = np.diff(picks.indptr)
+    vertices, weights = np.zeros((len(rows), rows.max()), np.int64), np.zeros((len(rows), rows.max()))
+    there = np.arange(rows.max()) < rows[:, None]
+    vertices[there], weights[there] = picks.indices, picks.data
     return vertices, weights
 
 

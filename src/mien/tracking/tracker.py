@@ -12,7 +12,7 @@ from ..depth import RGBDFrame
 from ..faces.landmarks import Landmarks2D
 from ..solve import kalman as filters
 from ..solve.incremental_pca import IncrementalPca, IncrementalPcaConfig
-from ..transforms import Transform
+from ..transforms import Transform, rotation_from_vector, vector_from_rotation
 from .adaptive import (
     DeformConfig,
     LaplacianDeformation,
@@ -45,6 +45,8 @@ class TrackConfig:
     bias: BiasConfig = field(default_factory=BiasConfig)
     smooth: bool = True
     """The Kalman filter on the coefficients."""
+    steady: float = 0.2
+    """Head motion of this size from frame to frame, mm, counts half as noise and is half held back; 0 = none is."""
     adaptive: bool = True
     """The fit in the adaptive space (sec. 4.3); without it v3 = v1."""
     correctives: bool = True
@@ -208,6 +210,8 @@ def step(
     watch.lap("standing errors")
     weights = tools.resolver.weights(v4, x)
     watch.lap("weights anew")
+    if not state.lost:
+        T_camera_face = steadied(model, state.T_camera_face, T_camera_face, config.steady)
     after = TrackState(T_camera_face, v4, filtered, state.learner, correctives, bias, rest, False, frame.time)
     return after, TrackResult(True, T_camera_face, x, weights, v1, v4, error, *distances, learnt)
 
@@ -295,6 +299,18 @@ def carried(sighting: Sighting, state: TrackState, T_camera_face: Transform, mod
     depth = state.T_camera_face.apply(model.landmark_neutral)[:, 2:]
     points = T_now_then.apply(np.concatenate([sighting.sight, np.ones_like(depth)], 1) * depth)
     return sighting.moved(points[:, :2] / points[:, 2:])
+
+
+def steadied(model: TrackingModel, before: Transform, now: Transform, size: float) -> Transform:
+    """`now`, drawn back towards `before` by size^2 / (size^2 + d^2), d the motion of the front between them, mm rms."""
+    points = model.neutral[::32].astype(np.float64)
+    squared = float(((now.apply(points) - before.apply(points)) ** 2).sum(1).mean())
+    part = squared / (squared + size**2) if squared else 1.0
+    turn = vector_from_rotation(now.rotation @ before.rotation.T) * part
+    rotation = rotation_from_vector(turn) @ before.rotation
+    here = before.apply(model.centre[None])[0]
+    there = now.apply(model.centre[None])[0]
+    return Transform(rotation, here + part * (there - here) - rotation @ model.centre)
 
 
 def _lost(tools: Tools, state: TrackState, frame: RGBDFrame) -> tuple[TrackState, TrackResult]:
