@@ -217,6 +217,17 @@ def test_trust_zero_is_not_pulled():
     assert half.distances[MESH.vertices[:, 0] > 0].max() < 0.3
 
 
+def test_correspondences_of_some_among_all():
+    target = hills(9)
+    some = np.array([3, 7])
+    found = Surface(target).correspond(target.vertices[some] + 0.1, vertex_normals(target.vertices, target.faces)[some])
+    among = found.among(10, some)
+    np.testing.assert_array_equal(among.points[some], found.points)
+    np.testing.assert_array_equal(np.flatnonzero(among.accepted), some[found.accepted])
+    assert among.points.shape == (10, 3)
+    assert not among.normals[np.setdiff1d(np.arange(10), some)].any()
+
+
 def test_a_decimated_template_takes_the_stiff_rounds():
     fine = hills(61)
     target = fine.with_vertices(bent(fine.vertices))

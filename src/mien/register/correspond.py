@@ -40,6 +40,17 @@ class Correspondences:
         """The found points, fixed on the target."""
         return Attachment(self.faces, self.barycentric)
 
+    def among(self, n: int, places: Int[np.ndarray, " k"]) -> "Correspondences":
+        """The same as rows `places` of `n`; the other rows are rejected, their values zero."""
+
+        def rows(values: np.ndarray) -> np.ndarray:
+            out = np.zeros((n, *values.shape[1:]), values.dtype)
+            out[places] = values
+            return out
+
+        parts = self.points, self.normals, self.distances, self.accepted, self.faces, self.barycentric
+        return Correspondences(*(rows(part) for part in parts))
+
 
 class Surface:
     """A target: its closest-point tree, its normals and its rim, worked out once."""

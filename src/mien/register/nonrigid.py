@@ -181,7 +181,9 @@ class _Body:
         """Search closest points, turn the differential coordinates, solve."""
         points, planes = self.shape_terms(x), None
         if w3:
-            more, planes = self.surface_terms(self.pairs(x, surface, rejection), w3)
+            used = np.flatnonzero(self.trust > 0)
+            found = surface.correspond(x[used], vertex_normals(x, self.mesh.faces)[used], rejection)
+            more, planes = self.surface_terms(found.among(len(x), used), w3)
             points += more
         return solve_vertices(points, planes, x, prolongation=self.prolongation).vertices
 
