@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 
 import tracking_stage as stage
+from mien.cli.main import main
 from mien.errors import BadInput
 from mien.faces import load_face
+from mien.io.gltf import read_performance, write_performance, write_rig
 from mien.mesh import ClosestPoint, Mesh, loop_subdivide, submesh
 from mien.rig import Performance, Rig
 from mien.rig.retarget import by_name, lay_over, resolve_weights, retarget
@@ -192,3 +194,22 @@ def test_misplaced_landmarks_do_not_lead_the_match_astray():
     away = np.linalg.norm(middles[found] - middles[sound], axis=1)
     assert np.median(away) < 1.0
     assert np.percentile(away, 90) < 6.0
+
+
+def test_from_the_shell_a_target_that_shows_no_face_is_still_driven_and_told_of(tmp_path, monkeypatch, capsys):
+    def blind(*_):
+        raise BadInput("the rig does not look like a face")
+
+    write_performance(tmp_path / "perf.glb", acting())
+    write_rig(tmp_path / "other.glb", remeshed()[0])
+    monkeypatch.setattr("mien.cli.retarget.match_faces", blind)
+    words = ["retarget", str(tmp_path / "perf.glb"), "--to", str(tmp_path / "other.glb"), "-o", str(tmp_path / "o.glb")]
+    with pytest.raises(SystemExit) as stop:
+        main(words)
+    assert stop.value.code in (0, None)
+    told = capsys.readouterr().out
+    assert "52 shapes and 1 correctives" in told
+    assert "nearest points alone (the rig does not look like a face)" in told
+    out = read_performance(tmp_path / "o.glb")
+    assert len(out.rig.neutral.faces) == 9000
+    np.testing.assert_allclose(out.T_world_face.translation, acting().T_world_face.translation, atol=1e-3)

@@ -3,12 +3,18 @@
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 from cyclopts import Parameter
+from jaxtyping import Int
 
+from ..errors import BadInput
+from ..files import writable
 from ..io.gltf import read_performance, write_performance
 from ..io.rigs import read_any_rig
+from ..rig import Rig
 from ..rig.retarget import CORRECTIVE
 from ..rig.retarget import retarget as move
+from ..tracking.match import match_faces
 
 
 def retarget(
@@ -32,27 +38,23 @@ def retarget(
         Transfer what the blendshapes could not say too; --no-correctives leaves it out.
     """
     played, target = read_performance(performance), read_any_rig(to)
-    match = None
+    writable(output)
+    match, note = None, ""
     if correctives and any(name.startswith(CORRECTIVE) for name in played.rig.names):
-        match = correspondence(played.rig, target)
+        match, note = correspondence(played.rig, target)
     result = move(played, target, match, correctives)
     write_performance(output, result.performance)
-    line = f"{output}: {len(result.moved)} shapes and {result.correctives} correctives on {to}"
+    line = f"{output}: {len(result.moved)} shapes and {result.correctives} correctives on {to}{note}"
     if result.dropped:
         line += f"; the target has nothing for {', '.join(result.dropped)}"
     print(line)
 
 
-def correspondence(source, target):
-    """Which triangles belong together; None where the two are the same surface, or landmarks cannot be looked for."""
-    import numpy as np
-
-    from ..errors import BadInput
-    from ..tracking.match import match_faces
-
+def correspondence(source: Rig, target: Rig) -> tuple[Int[np.ndarray, " target_faces"] | None, str]:
+    """Which triangles belong together, and a note; None where the two are the same surface, or show no landmarks."""
     if np.array_equal(source.neutral.faces, target.neutral.faces):
-        return None
+        return None, ""
     try:
-        return match_faces(source, target)
-    except BadInput:
-        return None
+        return match_faces(source, target), ""
+    except BadInput as error:
+        return None, f"; correctives went by nearest points alone ({error})"
