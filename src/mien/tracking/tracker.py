@@ -199,11 +199,11 @@ def step(
     x, T_camera_face, filtered = _blendshapes(tools, frame, sighting, T_camera_face, state, config)
     watch.lap("initial blendshapes")
     v1 = model.blend(x)
-    v2, v3 = _adapt(tools, sighting, v1, T_camera_face, state, config)
+    sample, v3 = _adapt(tools, sighting, v1, T_camera_face, state, config)
     watch.lap("adaptive space")
     v4 = _output(tools, sighting, v3, T_camera_face, config)
     watch.lap("output deformation")
-    distances, learnt, correctives = _learn(tools, v2, v4, state, config)
+    distances, learnt, correctives = _learn(tools, sample, v4, state, config)
     watch.lap("incremental PCA")
     bias = learn(state.bias, model, v3, raw, T_camera_face, config.bias)
     rest = learn_rest(state.rest, scores, x, config.bias)
@@ -242,7 +242,10 @@ def _blendshapes(tools, frame, sighting: Sighting, T_camera_face, state: TrackSt
 
 
 def _adapt(tools: Tools, sighting: Sighting, v1, T_camera_face, state: TrackState, config: TrackConfig):
-    """Sec. 4.3: v2 = v1 + dv by depth and features, v3 = its projection onto M = [M_A, M_K]."""
+    """Sec. 4.3: v2 = v1 + dv by depth and features, v3 = its projection onto M = [M_A, M_K].
+
+    Returns what of v2 lies outside the anchor space, the sample of sec. 5, and v3.
+    """
     if not config.adaptive or sighting.depth is None:
         return None, v1
     model = tools.model
@@ -252,10 +255,9 @@ def _adapt(tools: Tools, sighting: Sighting, v1, T_camera_face, state: TrackStat
     features = feature_offsets(model, v1, sighting, T_camera_face, config.deform.reach)
     v2 = v1 + tools.deformation.with_depth(offsets, features)
     displacement = v2 - model.neutral
-    v3 = model.neutral + tools.anchors.project(displacement)
-    if state.correctives is not None:
-        v3 = v3 + state.correctives.project(displacement)
-    return v2, v3
+    anchored = tools.anchors.project(displacement)
+    sample, v3 = displacement - anchored, model.neutral + anchored
+    return sample, v3 if state.correctives is None else v3 + state.correctives.project(sample)
 
 
 def _output(tools: Tools, sighting: Sighting, v3, T_camera_face, config: TrackConfig):
@@ -267,15 +269,14 @@ def _output(tools: Tools, sighting: Sighting, v3, T_camera_face, config: TrackCo
     return v3 + tools.deformation.with_features(features)
 
 
-def _learn(tools: Tools, v2, v4, state: TrackState, config: TrackConfig):
-    """Sec. 5: v2 outside the anchor space is a sample, if it is far enough and not too far."""
+def _learn(tools: Tools, sample, v4, state: TrackState, config: TrackConfig):
+    """Sec. 5: what lies outside the anchor space is learnt from, if it is far enough and not too far."""
     model = tools.model
     residual = _outside(tools.anchors, v4 - model.neutral)
     to_anchors = _rms(model, residual)
     to_adaptive = _rms(model, residual if state.correctives is None else _outside(state.correctives, residual))
     learnt, correctives = False, state.correctives
-    if config.correctives and v2 is not None:
-        sample = _outside(tools.anchors, v2 - model.neutral)
+    if config.correctives and sample is not None:
         if config.near < _rms(model, sample) < config.far:
             learnt = state.learner.add((sample * np.sqrt(model.share)[:, None]).ravel())
         if learnt:
