@@ -265,3 +265,14 @@ def test_colour_alone_is_fitted_by_weights_of_its_own():
         assert not out.learnt
     assert moved[0] > 0.1
     assert moved[1] < 0.02
+
+
+def test_a_hand_at_another_depth_does_not_end_the_take():
+    take, landmarker = played()
+    frames = list(take)
+    for t in (5, 6, 7):
+        frames[t] = replace(frames[t], depth=np.full_like(frames[t].depth, 280.0))
+    out = track_take(replace(take, frames=lambda: iter(frames)), stage.person(), stage.landmarks(), landmarker)
+    assert out.stopped is None
+    assert len(out.performance) == FRAMES
+    np.testing.assert_array_equal(np.flatnonzero(~out.performance.tracked), [5, 6, 7])

@@ -16,12 +16,13 @@ from ..rig import Performance, Rig
 from ..rig.transfer import FACS23
 from ..transforms import Transform
 from .correctives import CorrectiveConfig, Residuals, with_correctives
+from .detect import WrongScale
 from .features import LandmarkMap, landmarks_of
 from .fit import FitConfig
 from .landmark_stream import Landmarker, with_landmarks
 from .model import TrackingModel, tracking_model
 from .personalize import PATIENCE, no_face, with_scale
-from .tracker import NoWatch, TrackConfig, TrackResult, Watch, begin, prepare, step
+from .tracker import NoWatch, Tools, TrackConfig, TrackResult, TrackState, Watch, begin, prepare, step
 
 T_WORLD_CAMERA = Transform(np.diag([1.0, -1.0, -1.0]), np.zeros(3))
 """The take's world is the colour camera turned to +Y up, -Z forward."""
@@ -120,11 +121,33 @@ def track_frames(
     tools = prepare(model, take.camera, track)
     state, ever = begin(tools, track), False
     for i, (frame, landmarks) in enumerate(seen):
-        state, result = step(tools, frame, landmarks, state, track, watch, late=config.late)
+        state, result = follow(tools, frame, landmarks, state, track, watch, late=config.late)
         ever |= result.tracked
         if not ever and i + 1 >= PATIENCE:
             raise no_face(take)
         yield result
+
+
+def follow(
+    tools: Tools,
+    frame: RGBDFrame,
+    landmarks: Landmarks2D | None,
+    state: TrackState,
+    config: TrackConfig,
+    watch: Watch = NoWatch(),
+    late: bool = False,
+) -> tuple[TrackState, TrackResult]:
+    """`step`; but a head that was tracked before and now seems of another size (behind a hand, say) counts as lost.
+
+    Raises:
+        BadInput: of another size from the first.
+    """
+    try:
+        return step(tools, frame, landmarks, state, config, watch, late=late)
+    except WrongScale:
+        if state.weights is None:
+            raise
+        return step(tools, frame, None, state, config, watch, late=late)
 
 
 def check_shapes(rig: Rig, name: str = "the rig") -> None:

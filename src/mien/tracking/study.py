@@ -13,7 +13,8 @@ from ..transforms import Transform
 from .adaptive import Subspace
 from .landmark_stream import Landmarker, with_landmarks
 from .model import TrackingModel
-from .tracker import TrackConfig, TrackResult, begin, prepare, step
+from .pipeline import follow
+from .tracker import TrackConfig, TrackResult, begin, prepare
 
 FULL = "all stages"
 
@@ -102,7 +103,7 @@ def compare(
     learnt: list[tuple[int, Subspace]] = []
     for i, (frame, landmarks) in enumerate(with_landmarks(take, landmarker)):
         for name, config in configs.items():
-            states[name], result = step(tools[name], frame, landmarks, states[name], config)
+            states[name], result = follow(tools[name], frame, landmarks, states[name], config)
             results[name].append(result)
         correctives = states[FULL].correctives
         if correctives is not None and i % every == 0:
