@@ -27,6 +27,7 @@ from mien.markers.scans_report import surface_distances
 from mien.markers.select import SelectConfig, select_frames
 from mien.markers.selection import SelectTakeConfig, select_take
 from mien.markers.store import Store
+from mien.mesh import mass
 from mien.rig import Rig
 from mien.transforms import Transform
 
@@ -94,7 +95,7 @@ def correspondence(found: RegisteredScans, scans, layout) -> dict[str, float]:
     true = [next(s for s in scans if s.scan.name == placed.name) for placed in found.scans]
     rigid = [Transform(s.T_face_scan.rotation, s.T_face_scan.translation) for s in found.scans]
     skin = (found.template.regions["face"] > 0.5) & found.template.shown
-    before, after = (scan_errors(x, rigid, true) for x in (found.coarse, found.fine.vertices))
+    before, after = (scan_errors(list(x), rigid, true) for x in (found.coarse, found.fine.vertices))
     actor = true[0].truth.actor
     material, _ = material_under(actor, rigid[0].apply(true[0].truth.vertices), found.coarse[0])
     heights = np.stack([_carried(actor, material, s) for s in true])
@@ -136,6 +137,7 @@ def performance_error(found: RegisteredScans, solved: ScanSolve, truth, correcti
         truth=truth,
         rest=found.scans[0].frame,
         frames=np.arange(0, len(truth), 10),
+        areas=mass(rig.neutral.vertices, rig.neutral.faces)[some],
     )
 
 
@@ -153,7 +155,7 @@ def without_fine(found: RegisteredScans) -> RegisteredScans:
 
 def main() -> None:
     """Stage, run, time, score."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description="A take and its scans to a performance, timed and scored.")
     parser.add_argument("--frames", type=int, default=1500)
     parser.add_argument("--scans", type=int, default=20)
     parser.add_argument("--density", type=int, default=2)
@@ -189,9 +191,9 @@ def main() -> None:
         "without either": performance_error(bare, bare_solved, take.truth, correctives=False),
     }
     for name, score in scores.items():
-        figures[name] = {"mm": float(score.errors.mean()), "ratio": score.ratio, "strongest": score.ratio_strongest}
+        figures[name] = {"mm": float(score.error.mean()), "ratio": score.ratio, "strongest": score.ratio_strongest}
         ratios = f"{score.ratio:.0%} of frozen, strongest {score.ratio_strongest:.0%}"
-        print(f"{name:22s} {score.errors.mean():.3f} mm, {ratios}")
+        print(f"{name:22s} {score.error.mean():.3f} mm, {ratios}")
     figures["residual_mm"] = float(np.nanmean(solved.mixed))
     figures["residual_with_correctives_mm"] = float(np.nanmean(solved.residuals))
     for name, value in figures.items():

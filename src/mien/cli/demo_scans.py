@@ -110,6 +110,7 @@ def add_truth(report, staged, found, solved, recorded, frames, progress) -> list
 def scored(solved, found, truth, shown, step: int):
     """Errors of every third vertex of the face, every `step` frames."""
     from ..actor.score_material import score_material
+    from ..mesh import mass
 
     rig, weights = solved.performance.rig, solved.performance.weights
     some = found.template.members[np.flatnonzero(shown)[::3]]
@@ -120,6 +121,7 @@ def scored(solved, found, truth, shown, step: int):
         truth=truth,
         rest=found.scans[0].frame,
         frames=np.arange(0, len(truth), step),
+        areas=mass(rig.neutral.vertices, rig.neutral.faces)[some],
     )
 
 
@@ -138,6 +140,6 @@ def by_number_of_scans(found, recorded, truth, shown, frames, progress):
         solved = solve_on_scans(recorded, part, ReconstructConfig(correctives=0))
         numbers.append(k + 1)
         at_markers.append(float(np.nanmean(solved.mixed)))
-        at_mesh.append(float(scored(solved, found, truth, shown, 24).errors.mean()))
+        at_mesh.append(float(scored(solved, found, truth, shown, 24).error.mean()))
         progress.update("with fewer scans", k, len(order))
     return np.array(numbers), np.array(at_markers), np.array(at_mesh)

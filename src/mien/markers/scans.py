@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float
 
 from ..clip import Markers
 from ..errors import BadInput
@@ -12,7 +12,7 @@ from ..faces.bundled import BundledFace
 from ..faces.landmark_lift import landmarks_near
 from ..faces.registration import RegisterConfig, register_scan
 from ..faces.scan_clean import cleaned
-from ..mesh import Attachment, Mesh, Scan, closest_point
+from ..mesh import Attachment, Mesh, Scan
 from ..progress import SILENT, Progress
 from ..register import Surface
 from ..rig import Rig
@@ -103,7 +103,7 @@ def register_scans(
     """
     take = prepare(markers, config.prepare)
     scans, frames = resting_first(take, scans, frames)
-    expressions = take.positions[frames]
+    expressions = calmed(take.positions, frames, markers.rate)
     reference = _on_resting_scan(scans[0], config, store, progress)
     surfaces = [Surface(_cleaned(scan, reference.T_face_scan.scale)) for scan in scans]
     on_scans = _markers_on_scans(expressions, surfaces, scans, config.on_scan, store, progress)
@@ -112,13 +112,13 @@ def register_scans(
     surfaces = [Surface(scan.mesh) for scan in placed]
     template = make_template(reference.mesh, face)
     points = [found.attachment.points(scan.mesh) for scan, found in zip(placed, on_scans.scans, strict=True)]
-    attachment = closest_point(template.skin.mesh, points[0]).attachment()
+    attachment = template.attach(template.skin.mesh.vertices, points[0])
     covered = np.stack([found.covered & on_scans.scans[0].covered for found in on_scans.scans])
     coarse = _large_scale(template, placed, surfaces, attachment, points, covered, config.coarse, store, progress)
     fine = _fine_scale(template, coarse, surfaces, config.fine, store, progress)
     if constraints:
         fine = _constrained(fine, constraints, template, coarse, placed, surfaces, config.fine, store, progress)
-    attachment = agreed_attachment(template.skin.mesh.faces, fine.vertices, points, covered)
+    attachment = agreed_attachment(template, fine.vertices, points, covered)
     goals, standoff = T_face_head.apply(expressions), on_scans.standoff
     skin = meet_markers(
         template.skin.mesh, fine.vertices, attachment, goals, standoff, covered, config.reconstruct
@@ -150,6 +150,25 @@ def resting_first(
     away = np.linalg.norm(take.positions[list(frames)] - calm, axis=2).mean(axis=1)
     order = [int(away.argmin()), *(i for i in range(len(frames)) if i != int(away.argmin()))]
     return [scans[i] for i in order], [frames[i] for i in order]
+
+
+def calmed(
+    positions: Float[np.ndarray, "frames markers 3"], frames: Sequence[int], rate: float
+) -> Float[np.ndarray, "chosen markers 3"]:
+    """The markers of selected frames, the resting one first, with less jitter, mm: scans will meet them exactly.
+
+    The resting frame is averaged with those most like it; a parabola through a tenth of a second smooths the others.
+    """
+    reach = max(1, round(0.05 * rate))
+    out = [mean_cloud(positions, frames[0])]
+    for frame in frames[1:]:
+        near = np.arange(max(0, frame - reach), min(len(positions), frame + reach + 1))
+        near = near[np.isfinite(positions[near]).all(axis=(1, 2))]
+        time = (near - frame) / reach
+        powers = time[:, None] ** np.arange(min(3, len(near)))
+        at_frame = np.linalg.pinv(powers)[0]
+        out.append(np.tensordot(at_frame, positions[near], axes=1))
+    return np.stack(out)
 
 
 @dataclass(frozen=True)
@@ -257,7 +276,8 @@ def _fine_scale(
 
     def make() -> dict[str, np.ndarray]:
         found = register_fine(coarse, template.skin.mesh.faces, regions, surfaces, config, progress=progress, **more)
-        return {field.name: getattr(found, field.name) for field in fields(FineResult)}
+        slid = template.off_edges[:, None] * (found.vertices - coarse)
+        return {field.name: getattr(found, field.name) for field in fields(FineResult)} | {"vertices": coarse + slid}
 
     return FineResult(**store.get("fine", (coarse, regions, config, more), make))
 
@@ -273,7 +293,7 @@ def _constrained(
 
 
 def agreed_attachment(
-    faces: Int[np.ndarray, "m 3"],
+    template: ScanTemplate,
     skin: Float[np.ndarray, "scans n 3"],
     points: list[np.ndarray],
     covered: Bool[np.ndarray, "scans markers"],
@@ -283,11 +303,11 @@ def agreed_attachment(
     Each scan's skin points (markers, 3) are brought to the resting scan by the correspondences; the median of all is
     nearer the truth than the resting scan's own, since actors miss each expression in another way.
     """
-    rest = Mesh(skin[0], faces)
-    found = [closest_point(Mesh(x, faces), p).attachment().points(rest) for x, p in zip(skin, points, strict=True)]
+    rest = Mesh(skin[0], template.skin.mesh.faces)
+    found = [template.attach(x, p).points(rest) for x, p in zip(skin, points, strict=True)]
     brought = np.where(covered[..., None], np.stack(found), np.nan)
     brought[0] = found[0]
-    return closest_point(rest, np.nanmedian(brought, axis=0)).attachment()
+    return template.attach(rest.vertices, np.nanmedian(brought, axis=0))
 
 
 def _rig(template: ScanTemplate, skin: Float[np.ndarray, "scans n 3"], names: list[str]) -> Rig:

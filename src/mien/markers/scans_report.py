@@ -4,14 +4,15 @@ import numpy as np
 from jaxtyping import Float, UInt8
 from PIL import Image, ImageDraw
 
-from ..mesh import Mesh
+from ..mesh import Mesh, transfer
 from ..pictures import contact_sheet, label
 from ..pictures.colormap import colors_of
 from ..pictures.render import Look, Renderer
 from ..pictures.report import Report
+from ..pictures.show import rig_look
 from ..pictures.view import View, frontal_camera
 from ..register import Rejection, Surface
-from .fine_features import curvature_image
+from .fine_features import raw_images
 from .fine_layout import Layout
 from .scan_rig import marker_record
 from .scans import RegisteredScans, ScansConfig
@@ -102,31 +103,45 @@ def _watch_rows(found: RegisteredScans) -> list[tuple]:
     ]
 
 
-def registered_sheet(found: RegisteredScans, distances: Float[np.ndarray, "scans n"], size: int = 230):
-    """Scan, registered skin and distance map, a row a scan."""
-    view = _front(found, size)
+def registered_sheet(
+    found: RegisteredScans, distances: Float[np.ndarray, "scans n"], size: int = 230
+) -> UInt8[np.ndarray, "h w 3"]:
+    """Scan, target of the rig and distance map, a row a scan."""
+    view, rig = _front(found, size), found.scan_rig.rig
+    plain = Renderer(rig.neutral, rig_look(rig.neutral))
+    heat = Renderer(rig.neutral, Look(supersample=1, occlusion=0, limits=(0.0, LIMIT_MM)))
     images, captions = [], []
     for i, scan in enumerate(found.scans[:MOST]):
         dots = found.on_scans.scans[i].attachment.points(scan.mesh)[found.covered[i]]
-        skin = Mesh(found.skin[i], found.template.skin.mesh.faces)
-        plain = Renderer(skin, Look(supersample=2, occlusion=0))
-        heat = Renderer(skin, Look(supersample=1, occlusion=0, limits=(0.0, LIMIT_MM)))
         drawn = Renderer(scan.mesh, Look(supersample=2, occlusion=0)).draw(*view)
-        images += [_dotted(drawn, view, dots), plain.draw(*view), heat.draw(*view, values=distances[i])]
+        vertices = rig.neutral.vertices + (rig.deltas[i - 1] if i else 0.0)
+        values = np.full(len(vertices), np.nan)
+        values[found.template.members] = distances[i]
+        images += [_dotted(drawn, view, dots), plain.draw(*view, vertices=vertices)]
+        images.append(heat.draw(*view, vertices=vertices, values=values))
         captions += [scan.name, "registered", "distance"]
     return contact_sheet(images, captions, columns=6)
 
 
 def blend_picture(found: RegisteredScans, size: int = 420) -> UInt8[np.ndarray, "h w 3"]:
-    """Fig. 5: two scans mixed half and half, without and with the fine-scale step, where it moved most."""
+    """Fig. 5: two scans mixed half and half, without and with the fine-scale step, where it moved most.
+
+    Scans with colour show it best: what does not correspond is seen twice.
+    """
     i = int(found.fine.moved.argmax())
     j = int(found.fine.neighbours[i, 0, 0])
-    view = _front(found, size)
-    faces, pictures = found.template.skin.mesh.faces, []
+    view, faces, pictures = _front(found, size), found.template.skin.mesh.faces, []
     for shapes in (found.coarse, found.fine.vertices):
-        mesh = Mesh((shapes[i] + shapes[j]) / 2, faces)
+        colours = [_colours(found.scans[k].mesh, shapes[k]) for k in (i, j)]
+        both = None if colours[0] is None or colours[1] is None else (colours[0] + colours[1]) / 2
+        mesh = Mesh((shapes[i] + shapes[j]) / 2, faces, colors=both)
         pictures.append(Renderer(mesh, Look(supersample=2)).draw(*view))
     return contact_sheet(pictures, ["without the fine-scale step", "with it"], columns=2)
+
+
+def _colours(scan: Mesh, vertices: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"] | None:
+    """The scan's colours on a registered skin."""
+    return None if scan.colors is None else np.clip(transfer(scan, scan.colors, vertices), 0, 1)
 
 
 def region_picture(found: RegisteredScans, size: int = 260) -> UInt8[np.ndarray, "h w 3"]:
@@ -157,7 +172,7 @@ def curvature_picture(found: RegisteredScans, config: ScansConfig) -> UInt8[np.n
     for k in (i, *found.fine.neighbours[i, EIGHT.index("mouth")]):
         shape = layout.mesh.with_vertices(found.fine.vertices[k][layout.vertices])
         scan = Surface(found.scans[k].mesh)
-        curvature = curvature_image(shape, layout.image, scan, config.fine.curvature_radius_mm)
+        curvature, _ = raw_images(shape, layout.image, scan, config.fine)
         colours = colors_of(curvature, (-CURVED, CURVED), "diverging")
         images.append(label((255 * colours).astype(np.uint8), found.scans[k].name))
         captions.append(found.scans[k].name)

@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
+from scipy.spatial import KDTree
 
 from ..faces.bundled import BundledFace
 from ..faces.landmarks import bundled_landmarks
@@ -17,6 +18,9 @@ EIGHT: tuple[str, ...] = (
     "forehead_left", "forehead_right", "eye_left", "eye_right", "cheek_left", "cheek_right", "mouth", "chin",
 )  # fmt: skip
 """The regions of the fine-scale step (sec. 6.2, fig. 6)."""
+
+EDGE_MM = 2.5
+"""How far from the edges of lids and lips the fine-scale step fades."""
 
 FOLLOW_MM = 30.0
 """How near skin must be to take teeth and tongue along; eyeballs 18 mm."""
@@ -40,11 +44,20 @@ class ScanTemplate:
     """Masks over the skin's vertices: `face` and the eight of the fine-scale step."""
     parts: dict[str, Int[np.ndarray, " _"]]
     """Vertices of each eye, the teeth and the tongue."""
+    off_edges: Float[np.ndarray, " n"]
+    """0 at the edges of lids and lips, 1 some millimetres off: there are no features to follow on an edge."""
 
     @cached_property
     def shown(self) -> Bool[np.ndarray, " n"]:
         """Skin that scans show."""
         return self.trust > 0
+
+    def attach(self, skin: Float[np.ndarray, "n 3"], points: Float[np.ndarray, "p 3"]) -> Attachment:
+        """The points of the shown skin, now at `skin`, closest to `points` (mm)."""
+        faces = self.skin.mesh.faces
+        shown = np.flatnonzero(self.shown[faces].all(axis=1))
+        found = closest_point(Mesh(skin, faces[shown]), points)
+        return Attachment(shown[found.faces], found.barycentric)
 
     def whole(self, skin: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "all 3"]:
         """All vertices when the skin is at `skin`: what lies hidden goes with what is shown, parts ride rigidly."""
@@ -75,7 +88,18 @@ def make_template(mesh: Mesh, face: BundledFace, off_face: float = 0.15) -> Scan
     skin_faces = np.flatnonzero(on_skin[mesh.faces].all(axis=1))
     skin, members = submesh(mesh, skin_faces)
     regions: dict[str, np.ndarray] = {name: masks[members, i] for i, name in enumerate(("face", *EIGHT))}
-    return ScanTemplate(mesh, skin_faces, members, Template(skin), trust[members], regions, parts)
+    off_edges = _off_edges(mesh.vertices, face)[members]
+    return ScanTemplate(mesh, skin_faces, members, Template(skin), trust[members], regions, parts, off_edges)
+
+
+def _off_edges(vertices: Float[np.ndarray, "n 3"], face: BundledFace) -> Float[np.ndarray, " n"]:
+    """Coarse vertices come first, so that the contours' numbers hold at any density."""
+    lines = [vertices[edge] for edge in face.contours.values() if len(edge)]
+    if not lines:
+        return np.ones(len(vertices))
+    between = [(line[:-1, None] + np.linspace(0, 1, 8)[:, None] * (line[1:] - line[:-1])[:, None]) for line in lines]
+    away = KDTree(np.concatenate([b.reshape(-1, 3) for b in between])).query(vertices)[0]
+    return 1 - np.exp(-((away / EDGE_MM) ** 2))
 
 
 def _mask(members: np.ndarray, n: int) -> Float[np.ndarray, " n"]:
