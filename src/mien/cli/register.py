@@ -95,6 +95,8 @@ def register_one(path: Path, output: Path, density: int, unit: str | None, repor
         registration_report(source, found).write(report)
         with whole(report.with_name("register.json")) as temporary:
             temporary.write_text(json.dumps({source.name: registration_record(found)}, indent=1) + "\n")
+    for note in found.mended:
+        print(f"{path}: {note}")
     error = found.regions["face"]
     print(
         f"{output}: mean distance to the scan {error.mean:.3f} mm (95th percentile {error.p95:.3f} mm) "

@@ -15,12 +15,14 @@ from ..clip import Markers, visible
 from ..errors import BadInput
 from ..mesh import Attachment, Mesh, cotangent_laplacian, mass, vertex_normals
 from ..progress import SILENT, Progress
-from ..register import procrustes, procrustes_frames
+from ..register import procrustes
 from ..rig import Performance, Rig
 from ..solve import nnls
-from ..transforms import Transform
+from ..transforms import Transform, rotation_from_vector
 from .gaps import GapConfig, fill_gaps
+from .model import MarkerModel
 from .scan_rig import ScanRig
+from .solve import normal_equations, without_pose
 from .stabilise import StabiliseConfig, calm_frames, hold, mean_cloud, stabilise
 from .world import upright
 
@@ -33,8 +35,8 @@ class ReconstructConfig:
     gaps: GapConfig = GapConfig()
     reach_mm: float = 40.0
     """What a marker asks of the skin fades beyond about so far from it."""
-    rounds: int = 2
-    """Rounds of weights and head pose; 1 keeps the pose of the stabilised take."""
+    rounds: int = 3
+    """Gauss-Newton rounds of weights and head pose."""
     correctives: int = 20
     """Most corrective shapes that are added for what the scans cannot mix; 0: none, as in the paper."""
     worth_mm: float = 0.03
@@ -230,7 +232,8 @@ def solve_weights(
 
     Expressions count from the first, resting one, as in any blendshape rig, so that a mix never grows or shrinks the
     head: x = x_0 + sum_i w_i (x_i - x_0), w_i >= 0. The paper's sum over all expressions is the same where its weights
-    add up to 1. Pose and weights take turns.
+    add up to 1. The head's pose is found along with the weights (Gauss-Newton; eliminated before the weights are
+    solved for).
 
     Args:
         expressions: markers on the scanned expressions, face space, mm.
@@ -239,27 +242,13 @@ def solve_weights(
     """
     seen, T = visible(positions), T_lab_face
     rest, modes = expressions[0], expressions[1:] - expressions[0]
-    tracked = seen.sum(axis=1) >= config.fewest
+    jacobian = MarkerModel(rest, modes).jacobian()
     weights = np.zeros((len(positions), len(modes)))
-    for number in range(config.rounds):
-        if number:
-            model = rest + np.tensordot(weights, modes, axes=1)
-            T = procrustes_frames(model, positions, seen.astype(float)).transform
-        weights = nnls_frames(modes, T.inverse().apply(positions) - rest, seen, weights)
+    for _ in range(config.rounds):
+        off = np.nan_to_num(T.inverse().apply(positions) - rest)
+        gram, linear, back = without_pose(*normal_equations(jacobian, np.eye(3), off, seen))
+        weights = nnls(gram, linear, weights).values
+        pose = back[:, :, 0] - np.einsum("tpk,tk->tp", back[:, :, 1:], weights)
+        T = T @ Transform(rotation_from_vector(pose[:, :3]), pose[:, 3:])
     missing = T.inverse().apply(positions) - rest - np.tensordot(weights, modes, axes=1)
-    return FrameWeights(weights, T, missing, tracked)
-
-
-def nnls_frames(
-    modes: Float[np.ndarray, "k markers 3"],
-    goal: Float[np.ndarray, "frames markers 3"],
-    seen: Bool[np.ndarray, "frames markers"],
-    warm: Float[np.ndarray, "frames k"],
-) -> Float[np.ndarray, "frames k"]:
-    """min |sum_k w_k modes_k - goal|^2 over the markers that each frame shows, w >= 0."""
-    k, m, _ = modes.shape
-    blocks = np.einsum("kmd,lmd->mkl", modes, modes).reshape(m, k * k)
-    missing = sp.csr_array((~seen).astype(float)) @ blocks
-    grams = (blocks.sum(axis=0) - missing).reshape(len(goal), k, k)
-    linear = (np.nan_to_num(goal) * seen[..., None]).reshape(len(goal), -1) @ modes.reshape(k, -1).T
-    return nnls(grams, linear, warm).values
+    return FrameWeights(weights, T, missing, seen.sum(axis=1) >= config.fewest)

@@ -271,8 +271,9 @@ def _fine_scale(
     template: ScanTemplate, coarse: np.ndarray, surfaces: list[Surface], config: FineConfig, store: Store, progress,
     **more,
 ) -> FineResult:  # fmt: skip
-    """Sec. 6.2, eq. 8-11."""
+    """Sec. 6.2, eq. 8-11. The resting scan, which the template was made on, holds the others."""
     regions = {name: template.regions[name] for name in EIGHT}
+    more = {"only": range(1, len(coarse))} | more
 
     def make() -> dict[str, np.ndarray]:
         found = register_fine(coarse, template.skin.mesh.faces, regions, surfaces, config, progress=progress, **more)
@@ -288,7 +289,7 @@ def _constrained(
 ) -> FineResult:  # fmt: skip
     """The same with correspondences by hand: what they touch is aligned again, the rest stays."""
     held = place_constraints(constraints, [p.name for p in placed], [p.T_face_scan for p in placed])
-    again = {"constraints": held, "only": touched(held, fine.neighbours), "start": fine.vertices}
+    again = {"constraints": held, "only": [i for i in touched(held, fine.neighbours) if i], "start": fine.vertices}
     return _fine_scale(template, coarse, surfaces, config, store, progress, **again)
 
 
