@@ -45,7 +45,7 @@ class TrackConfig:
     bias: BiasConfig = field(default_factory=BiasConfig)
     smooth: bool = True
     """The Kalman filter on the coefficients."""
-    steady: float = 0.2
+    steady: float = 0.3
     """Head motion of this size from frame to frame, mm, counts half as noise and is half held back; 0 = none is."""
     adaptive: bool = True
     """The fit in the adaptive space (sec. 4.3); without it v3 = v1."""
