@@ -28,7 +28,7 @@ class Store:
                     return dict(kept)
             except (ValueError, OSError, zipfile.BadZipFile):
                 pass
-        made = {name: np.ascontiguousarray(value) for name, value in make().items()}
+        made = {name: np.array(value, order="C") for name, value in make().items()}
         self.folder.mkdir(parents=True, exist_ok=True)
         with whole(path) as temporary:
             np.savez(temporary, allow_pickle=False, **made)
