@@ -105,15 +105,15 @@ def measure(frames: int) -> dict:
         wall, own = laps.last
         state, _ = step(tools, frame, marks, state, config, laps)
         whole.append((1000 * (time.perf_counter() - wall), 1000 * (time.thread_time() - own)))
-    stages = {name: np.median(values[20:], axis=0).tolist() for name, values in laps.stages.items()}
+    stages = {name: np.median(np.array(values[20:]), axis=0).tolist() for name, values in laps.stages.items()}
     return {
         "vertices": len(model.rig.neutral.vertices),
         "front": len(model.front),
         "shapes": model.shapes,
         "stages_ms": stages,
-        "pca_p99_ms": np.percentile(laps.stages["incremental PCA"][20:], 99, axis=0).tolist(),
-        "frame_median_ms": np.median(whole[20:], axis=0).tolist(),
-        "frame_p99_ms": np.percentile(whole[20:], 99, axis=0).tolist(),
+        "pca_p99_ms": np.percentile(np.array(laps.stages["incremental PCA"][20:]), 99, axis=0).tolist(),
+        "frame_median_ms": np.median(np.array(whole[20:]), axis=0).tolist(),
+        "frame_p99_ms": np.percentile(np.array(whole[20:]), 99, axis=0).tolist(),
     }
 
 
