@@ -56,6 +56,15 @@ def add_gram(rows, count, places, total):
 
 
 @no_type_check
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def mirror(square):
+    """Copy the upper half to the lower, in place."""
+    for p in range(square.shape[0]):
+        for q in range(p):
+            square[p, q] = square[q, p]
+
+
+@no_type_check
 @numba.njit(cache=True, nogil=True, fastmath=MATHS, error_model="numpy")
 def plane_system(order, columns, values, k, rotation, points, found, plane, weight, share, centre, scale, lever):
     """Normal equations of the point-to-plane term (Li et al. 2013, eq. 1) and of a small turn and shift of the head.
@@ -81,8 +90,7 @@ def plane_system(order, columns, values, k, rotation, points, found, plane, weig
     fx, fy, fz = f[0], f[1], f[2]
     places = np.empty(w + 8, np.int64)
     cx, cy, cz, s = np.float32(centre[0]), np.float32(centre[1]), np.float32(centre[2]), np.float32(1 / scale)
-    one, turn = np.float32(1), np.float32(1 / lever)
-    away, kept, covered = 0.0, 0, 0.0
+    one, turn, away, kept, covered = np.float32(1), np.float32(1 / lever), 0.0, 0, 0.0
     for b in range(order.shape[0]):
         n = 0
         while n < w and columns[b, n] >= 0:
@@ -117,9 +125,7 @@ def plane_system(order, columns, values, k, rotation, points, found, plane, weig
             for j in range(BLOCK):
                 rows[c, j] = fx[j] * values[b, 0, c, j] + fy[j] * values[b, 1, c, j] + fz[j] * values[b, 2, c, j]
         add_gram(rows, n + 7 + (n + 7) % 2, places, total)
-    for p in range(k + 8):
-        for q in range(p):
-            total[p, q] = total[q, p]
+    mirror(total)
     return total[: k + 6, : k + 6].copy(), total[: k + 6, k + 6].copy(), away / max(kept, 1), covered
 
 
