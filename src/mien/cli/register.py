@@ -20,6 +20,7 @@ def register(
     markers: Path | None = None,
     selection: Path | None = None,
     constraints: Path | None = None,
+    template: str | None = None,
     density: int | None = None,
     partial: bool = False,
     units: str | None = None,
@@ -49,6 +50,9 @@ def register(
         The frames that were scanned, from `mien select` (.json).
     constraints
         Points and curves that correspond, by hand (.json; see docs/conventions.md). Reruns only what they touch.
+    template
+        Topology of a folder's rig: a mesh of a face (.obj, .ply, .stl, .glb), or `scan` for the resting scan's own. By
+        default the bundled face's.
     density
         Rounds of subdivision of the result, each with four times the triangles: 0 for one scan, 2 for a folder.
     partial
@@ -73,7 +77,8 @@ def register(
                 "--markers TAKE --selection selection.json (or give one scan)"
             )
         take = _Take(markers, selection, units, rate)
-        register_folder(scans, take, output, constraints, 2 if density is None else density, partial, unit, report)
+        made = _Made(template, 2 if density is None else density, partial, unit)
+        register_folder(scans, take, output, constraints, made, report)
     elif markers is not None or selection is not None or constraints is not None:
         raise BadInput(f"{scans}: one scan; --markers, --selection and --constraints go with a folder of scans")
     else:
@@ -114,13 +119,23 @@ class _Take:
     rate: float | None = None
 
 
+@dataclass(frozen=True)
+class _Made:
+    """How a folder is to be registered."""
+
+    template: str | None = None
+    density: int = 2
+    partial: bool = False
+    unit: str | None = None
+
+
 def register_folder(
-    folder: Path, take: _Take, output: Path, constraints: Path | None, density: int, partial: bool, unit: str | None,
-    report: Path | None,
-) -> None:  # fmt: skip
+    folder: Path, take: _Take, output: Path, constraints: Path | None, made: _Made, report: Path | None
+) -> None:
     """All scans of a take."""
     from ..faces.bundled import load_face
     from ..io.markers import read_marker_file
+    from ..io.meshes import read_scan
     from ..markers.constraints import read_constraints
     from ..markers.scan_files import match_scans
     from ..markers.scan_rig import record_beside, write_record
@@ -130,14 +145,15 @@ def register_folder(
     from ..markers.store import Store
 
     chosen = read_selection(take.selection)
-    files = match_scans(folder, chosen.frames, partial)
+    files = match_scans(folder, chosen.frames, made.partial)
     by_hand = read_constraints(constraints) if constraints else ()
     file = read_marker_file(existing(take.markers), take.units, take.rate)
-    config = replace(ScansConfig(), density=density)
+    config = replace(ScansConfig(), density=made.density)
+    template = None if made.template is None else "scan" if made.template == "scan" else read_scan(made.template)
     with bar() as progress:
-        scans = [replace(f.read(unit), name=f.name) for f in files]
+        scans = [replace(f.read(made.unit), name=f.name) for f in files]
         frames, store = [f.frame for f in files], Store(output.with_suffix(".work"))
-        found = register_scans(file.markers, scans, frames, load_face(), config, by_hand, store, progress)
+        found = register_scans(file.markers, scans, frames, load_face(), config, by_hand, template, store, progress)
         distances = surface_distances(found)
         write_rig(output, found.scan_rig.rig)
         write_record(record_beside(output), scans_record(found, distances, take.markers.name))

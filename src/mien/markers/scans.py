@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
+from typing import Any, Literal
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -26,7 +27,16 @@ from .scan_colour import recoloured
 from .scan_rig import ScanRig
 from .stabilise import calm_frames, mean_cloud
 from .store import Store
-from .template import EIGHT, CoarseConfig, Landmarks, ScanTemplate, deform, make_template
+from .template import (
+    EIGHT,
+    CoarseConfig,
+    Landmarks,
+    ScanTemplate,
+    deform,
+    laid_over,
+    make_template,
+    own_template,
+)
 
 
 @dataclass(frozen=True)
@@ -88,6 +98,7 @@ def register_scans(
     face: BundledFace,
     config: ScansConfig = ScansConfig(),
     constraints: Sequence[NamedConstraint] = (),
+    template: Scan | Literal["scan"] | None = None,
     store: Store = Store(None),
     progress: Progress = SILENT,
 ) -> RegisteredScans:
@@ -95,6 +106,8 @@ def register_scans(
 
     Args:
         scans: as read from their files, in any frame; the i-th shows the expression of frame `frames[i]`.
+        template: whose topology the rig gets: any mesh of a face, "scan" for the resting scan's own as in the paper,
+            or None for the bundled face's, subdivided `config.density` times.
         constraints: correspondences by hand; only scans that they touch are aligned again.
         store: where finished steps are kept, and found again.
 
@@ -110,25 +123,25 @@ def register_scans(
     T_face_head = _rigid(reference.T_face_scan) @ on_scans.scans[0].T_head_scan.inverse()
     placed = _placed(scans, frames, surfaces, on_scans, T_face_head, reference, store, progress)
     surfaces = [Surface(scan.mesh) for scan in placed]
-    template = make_template(reference.mesh, face)
+    on_resting = _template(template, reference, face, surfaces[0], config, store, progress)
     points = [found.attachment.points(scan.mesh) for scan, found in zip(placed, on_scans.scans, strict=True)]
-    attachment = template.attach(template.skin.mesh.vertices, points[0])
+    attachment = on_resting.attach(on_resting.skin.mesh.vertices, points[0])
     covered = np.stack([found.covered & on_scans.scans[0].covered for found in on_scans.scans])
-    coarse = _large_scale(template, placed, surfaces, attachment, points, covered, config.coarse, store, progress)
-    fine = _fine_scale(template, coarse, surfaces, config.fine, store, progress)
+    coarse = _large_scale(on_resting, placed, surfaces, attachment, points, covered, config.coarse, store, progress)
+    fine = _fine_scale(on_resting, coarse, surfaces, config.fine, store, progress)
     if constraints:
-        fine = _constrained(fine, constraints, template, coarse, placed, surfaces, config.fine, store, progress)
-    attachment = agreed_attachment(template, fine.vertices, points, covered)
+        fine = _constrained(fine, constraints, on_resting, coarse, placed, surfaces, config.fine, store, progress)
+    attachment = agreed_attachment(on_resting, fine.vertices, points, covered)
     goals, standoff = T_face_head.apply(expressions), on_scans.standoff
     skin = meet_markers(
-        template.skin.mesh, fine.vertices, attachment, goals, standoff, covered, config.reconstruct
+        on_resting.skin.mesh, fine.vertices, attachment, goals, standoff, covered, config.reconstruct
     )
-    held = Attachment(template.skin_faces[attachment.faces], attachment.barycentric)
-    rig = _rig(template, skin, [scan.name for scan in scans])
+    held = Attachment(on_resting.skin_faces[attachment.faces], attachment.barycentric)
+    rig = _rig(on_resting, skin, [scan.name for scan in scans])
     on_skin = covered.mean(axis=0) > 0.5
     scan_rig = ScanRig(rig, scans[0].name, take.markers.labels, held, standoff, goals, on_skin)
     return RegisteredScans(
-        scan_rig, placed, on_scans, template, attachment, covered, coarse, fine, skin, reference.unit
+        scan_rig, placed, on_scans, on_resting, attachment, covered, coarse, fine, skin, reference.unit
     )
 
 
@@ -200,6 +213,21 @@ def _on_resting_scan(scan: Scan, config: ScansConfig, store: Store, progress: Pr
     return _Reference(mesh, T, Landmarks(T.apply(a["points"]), a["spread"]), str(a["unit"]))
 
 
+def _template(
+    asked: Scan | Literal["scan"] | None, reference: _Reference, face: BundledFace, resting: Surface,
+    config: ScansConfig, store: Store, progress: Progress,
+) -> ScanTemplate:  # fmt: skip
+    """The template, on the resting scan."""
+    bundled = make_template(reference.mesh, face)
+    if asked is None:
+        return bundled
+    if isinstance(asked, str):
+        return own_template(resting.mesh, bundled)
+    other = _on_resting_scan(asked, config, store, progress)
+    mesh = asked.mesh.with_vertices(other.T_face_scan.apply(asked.mesh.vertices))
+    return own_template(laid_over(mesh, other.mesh, reference.mesh, resting), bundled)
+
+
 def _cleaned(scan: Scan, scale: float) -> Mesh:
     """The scan's surface in millimetres, in its own frame, with its colours."""
     mesh = recoloured(cleaned(scan.mesh), scan)
@@ -269,11 +297,10 @@ def _large_scale(
 
 def _fine_scale(
     template: ScanTemplate, coarse: np.ndarray, surfaces: list[Surface], config: FineConfig, store: Store, progress,
-    **more,
+    **more: Any,
 ) -> FineResult:  # fmt: skip
-    """Sec. 6.2, eq. 8-11. The resting scan, which the template was made on, holds the others."""
+    """Sec. 6.2, eq. 8-11."""
     regions = {name: template.regions[name] for name in EIGHT}
-    more = {"only": range(1, len(coarse))} | more
 
     def make() -> dict[str, np.ndarray]:
         found = register_fine(coarse, template.skin.mesh.faces, regions, surfaces, config, progress=progress, **more)
@@ -289,7 +316,7 @@ def _constrained(
 ) -> FineResult:  # fmt: skip
     """The same with correspondences by hand: what they touch is aligned again, the rest stays."""
     held = place_constraints(constraints, [p.name for p in placed], [p.T_face_scan for p in placed])
-    again = {"constraints": held, "only": [i for i in touched(held, fine.neighbours) if i], "start": fine.vertices}
+    again = {"constraints": held, "only": touched(held, fine.neighbours), "start": fine.vertices}
     return _fine_scale(template, coarse, surfaces, config, store, progress, **again)
 
 

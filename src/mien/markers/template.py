@@ -102,6 +102,37 @@ def _off_edges(vertices: Float[np.ndarray, "n 3"], face: BundledFace) -> Float[n
     return 1 - np.exp(-((away / EDGE_MM) ** 2))
 
 
+def own_template(mesh: Mesh, bundled: ScanTemplate) -> ScanTemplate:
+    """A template of any mesh that lies on the reference scan, as one of the scans does (face space, mm).
+
+    Regions and trust are the bundled template's at the closest points; everything counts as skin.
+    """
+    there = closest_point(bundled.skin.mesh, mesh.vertices)
+    D = there.attachment().matrix(bundled.skin.mesh)
+    near = np.clip(2 - there.distances / 3.0, 0, 1)
+    regions = {name: near * (D @ mask) for name, mask in bundled.regions.items()}
+    everything, all_faces = np.arange(len(mesh.vertices)), np.arange(len(mesh.faces))
+    trust = near * np.maximum(D @ bundled.trust, 0.0)
+    return ScanTemplate(mesh, all_faces, everything, Template(mesh), trust, regions, {}, D @ bundled.off_edges)
+
+
+def laid_over(
+    mesh: Mesh, on_mesh: Mesh, on_reference: Mesh, target: Surface, config: NonrigidConfig | None = None
+) -> Mesh:
+    """Any mesh brought onto the reference scan by way of the bundled topology, which lies on both.
+
+    Args:
+        mesh: face space, mm.
+        on_mesh: the bundled topology registered to it.
+        on_reference: the same registered to the reference scan.
+        target: that scan, face space, mm.
+    """
+    held = closest_point(on_mesh, mesh.vertices).attachment()
+    start = mesh.vertices + held.points(on_reference) - held.points(on_mesh)
+    settings = config or NonrigidConfig(coarse=())
+    return mesh.with_vertices(Template(mesh).register(target, None, settings, start).vertices)
+
+
 def _mask(members: np.ndarray, n: int) -> Float[np.ndarray, " n"]:
     mask = np.zeros(n)
     mask[members] = 1.0
