@@ -9,7 +9,14 @@ import pytest
 from mien.clip import Markers
 from mien.errors import BadInput
 from mien.io.gltf import read_rig, write_rig
-from mien.markers.reconstruct import ReconstructConfig, correctives, meet_markers, solve_on_scans, solve_weights
+from mien.markers.reconstruct import (
+    ReconstructConfig,
+    correctives,
+    meet_markers,
+    smoothed,
+    solve_on_scans,
+    solve_weights,
+)
 from mien.markers.scan_colour import vertex_colours
 from mien.markers.scan_files import match_scans
 from mien.markers.scan_rig import ScanRig, marker_record, read_scan_rig, write_record
@@ -123,12 +130,21 @@ def gestures(frames: int = 240, seed: int = 4) -> np.ndarray:
 def test_a_take_on_its_own_rig_is_solved_to_its_weights():
     found, weights = small_rig(), gestures()
     take, T = play(found, weights)
-    solved = solve_on_scans(take, found)
+    solved = solve_on_scans(take, found, ReconstructConfig(smooth_s=0.0))
     np.testing.assert_allclose(solved.performance.weights[:, :3], weights, atol=0.02)
     mine = solved.T_lab_face.apply(solved.performance.rig.vertices(solved.performance.weights))
     true = T.apply(found.rig.vertices(weights))
     assert np.linalg.norm(mine - true, axis=2).mean() < 0.05
     assert np.nanmean(solved.residuals) < 0.02
+
+
+def test_smoothing_keeps_parabolas_and_gaps():
+    t = np.linspace(0, 1, 50)
+    path = np.stack([t, 3 * t**2, 1 - t], 1)[:, None].repeat(2, axis=1)
+    np.testing.assert_allclose(smoothed(path, 6), path, atol=1e-12)
+    path[20:22, 1] = np.nan
+    np.testing.assert_array_equal(np.isnan(smoothed(path, 7)), np.isnan(path))
+    np.testing.assert_array_equal(smoothed(path, 3), path)
 
 
 def test_correctives_take_over_what_scans_cannot_mix():

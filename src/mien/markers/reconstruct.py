@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 from jaxtyping import Bool, Float, Int
+from scipy.signal import savgol_filter
 from scipy.sparse.linalg import splu
 
 from ..clip import Markers, visible
@@ -33,6 +34,8 @@ class ReconstructConfig:
 
     stabilise: StabiliseConfig = StabiliseConfig()
     gaps: GapConfig = GapConfig()
+    smooth_s: float = 0.08
+    """Markers are smoothed by parabolas over so long, seconds; 0: not at all."""
     reach_mm: float = 40.0
     """What a marker asks of the skin fades beyond about so far from it."""
     rounds: int = 3
@@ -119,6 +122,7 @@ def solve_on_scans(
     chosen = replace(markers, positions=markers.positions[:, in_take], labels=tuple(scan_rig.labels[i] for i in in_rig))
     stabilised = stabilise(chosen, config.stabilise)
     positions = fill_gaps(stabilised.markers.positions, chosen.rate, config.gaps)
+    positions = smoothed(positions, round(config.smooth_s * chosen.rate))
     calm = mean_cloud(positions, calm_frames(positions)[0])
     expressions, on_skin = scan_rig.expressions[:, in_rig], scan_rig.on_skin[in_rig]
     start = stabilised.T_world_head @ _repeated(procrustes(expressions[0], calm).transform, len(positions))
@@ -136,6 +140,15 @@ def solve_on_scans(
     progress.update("solving frames", 3, 3)
     performance = Performance(whole, weights, upright(pose), markers.rate, solved.tracked)
     return ScanSolve(performance, pose, mixed, residuals, chosen.labels)
+
+
+def smoothed(positions: Float[np.ndarray, "frames markers 3"], window: int) -> Float[np.ndarray, "frames markers 3"]:
+    """Each marker's path by parabolas over `window` frames (Savitzky and Golay 1964); as it is near gaps."""
+    window += 1 - window % 2
+    if window < 5 or window > len(positions):
+        return positions
+    quiet = np.asarray(savgol_filter(positions, window, 2, axis=0))
+    return np.where(np.isfinite(quiet), quiet, positions)
 
 
 def _shared(markers: Markers, scan_rig: ScanRig) -> tuple[Int[np.ndarray, " k"], Int[np.ndarray, " l"]]:

@@ -13,7 +13,7 @@ from ..faces.bundled import BundledFace
 from ..faces.landmark_lift import landmarks_near
 from ..faces.registration import RegisterConfig, register_scan
 from ..faces.scan_clean import cleaned
-from ..mesh import Attachment, Mesh, Scan
+from ..mesh import Attachment, Mesh, Scan, vertex_normals
 from ..progress import SILENT, Progress
 from ..register import Surface
 from ..rig import Rig
@@ -132,7 +132,8 @@ def register_scans(
     if constraints:
         fine = _constrained(fine, constraints, on_resting, coarse, placed, surfaces, config.fine, store, progress)
     attachment = agreed_attachment(on_resting, fine.vertices, points, covered)
-    goals, standoff = T_face_head.apply(expressions), on_scans.standoff
+    goals = T_face_head.apply(expressions)
+    standoff = agreed_standoff(on_resting, fine.vertices, attachment, goals, covered, on_scans.standoff)
     skin = meet_markers(
         on_resting.skin.mesh, fine.vertices, attachment, goals, standoff, covered, config.reconstruct
     )
@@ -336,6 +337,25 @@ def agreed_attachment(
     brought = np.where(covered[..., None], np.stack(found), np.nan)
     brought[0] = found[0]
     return template.attach(rest.vertices, np.nanmedian(brought, axis=0))
+
+
+def agreed_standoff(
+    template: ScanTemplate,
+    skin: Float[np.ndarray, "scans n 3"],
+    attachment: Attachment,
+    markers: Float[np.ndarray, "scans markers 3"],
+    covered: Bool[np.ndarray, "scans markers"],
+    otherwise: Float[np.ndarray, " markers"],
+) -> Float[np.ndarray, " markers"]:
+    """Mean height of each marker above its skin point over the scans, mm; `otherwise` where no scan shows one."""
+    D, faces = attachment.matrix(template.skin.mesh), template.skin.mesh.faces
+    total = np.zeros(len(otherwise))
+    for x, there, held in zip(skin, markers, covered, strict=True):
+        normals = D @ vertex_normals(x, faces)
+        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-9)
+        total += held * np.einsum("md,md->m", there - D @ x, normals)
+    count = covered.sum(axis=0)
+    return np.where(count > 0, np.maximum(total / np.maximum(count, 1), 0.0), otherwise)
 
 
 def _rig(template: ScanTemplate, skin: Float[np.ndarray, "scans n 3"], names: list[str]) -> Rig:
