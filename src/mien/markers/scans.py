@@ -308,7 +308,7 @@ def _fine_scale(
         slid = template.off_edges[:, None] * (found.vertices - coarse)
         return {field.name: getattr(found, field.name) for field in fields(FineResult)} | {"vertices": coarse + slid}
 
-    return FineResult(**store.get("fine", (coarse, regions, config, more), make))
+    return FineResult(**store.get("fine", (coarse, regions, template.off_edges, config, more), make))
 
 
 def _constrained(

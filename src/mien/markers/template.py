@@ -19,7 +19,7 @@ EIGHT: tuple[str, ...] = (
 )  # fmt: skip
 """The regions of the fine-scale step (sec. 6.2, fig. 6)."""
 
-EDGE_MM = 2.5
+EDGE_MM = 3.0
 """How far from the edges of lids and lips the fine-scale step fades."""
 
 FOLLOW_MM = 30.0
@@ -88,18 +88,23 @@ def make_template(mesh: Mesh, face: BundledFace, off_face: float = 0.15) -> Scan
     skin_faces = np.flatnonzero(on_skin[mesh.faces].all(axis=1))
     skin, members = submesh(mesh, skin_faces)
     regions: dict[str, np.ndarray] = {name: masks[members, i] for i, name in enumerate(("face", *EIGHT))}
-    off_edges = _off_edges(mesh.vertices, face)[members]
+    off_edges = _off_edges(mesh.vertices, trust, face)[members]
     return ScanTemplate(mesh, skin_faces, members, Template(skin), trust[members], regions, parts, off_edges)
 
 
-def _off_edges(vertices: Float[np.ndarray, "n 3"], face: BundledFace) -> Float[np.ndarray, " n"]:
-    """Coarse vertices come first, so that the contours' numbers hold at any density."""
+def _off_edges(
+    vertices: Float[np.ndarray, "n 3"], trust: Float[np.ndarray, " n"], face: BundledFace
+) -> Float[np.ndarray, " n"]:
+    """Less the less a vertex is trusted: the backs of lids and lips are as good as on the edge.
+
+    Coarse vertices come first, so that the contours' numbers hold at any density.
+    """
     lines = [vertices[edge] for edge in face.contours.values() if len(edge)]
     if not lines:
         return np.ones(len(vertices))
     between = [(line[:-1, None] + np.linspace(0, 1, 8)[:, None] * (line[1:] - line[:-1])[:, None]) for line in lines]
     away = KDTree(np.concatenate([b.reshape(-1, 3) for b in between])).query(vertices)[0]
-    return 1 - np.exp(-((away / EDGE_MM) ** 2))
+    return 1 - np.exp(-((away * np.clip(2 * trust - 1, 0, 1) / EDGE_MM) ** 2))
 
 
 def own_template(mesh: Mesh, bundled: ScanTemplate) -> ScanTemplate:
