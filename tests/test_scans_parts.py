@@ -8,6 +8,7 @@ import pytest
 
 from mien.clip import Markers
 from mien.errors import BadInput
+from mien.faces import load_face
 from mien.io.gltf import read_rig, write_rig
 from mien.markers.reconstruct import (
     ReconstructConfig,
@@ -22,8 +23,10 @@ from mien.markers.scan_files import match_scans
 from mien.markers.scan_rig import ScanRig, marker_record, read_scan_rig, write_record
 from mien.markers.scans import calmed
 from mien.markers.store import Store, fingerprint
-from mien.mesh import Attachment, Mesh, Scan, closest_point, vertex_normals
+from mien.markers.template import laid_over, make_template, own_template, sound
+from mien.mesh import Attachment, Mesh, Scan, closest_point, submesh, vertex_normals
 from mien.mesh.cluster import clustered
+from mien.register import Surface
 from mien.rig import Rig
 from mien.transforms import Transform, rotation_from_vector
 
@@ -258,3 +261,32 @@ def test_colours_come_from_the_texture_or_the_vertices():
     plain = Mesh(np.eye(3), np.array([[0, 1, 2]]), colors=np.full((3, 3), 0.5))
     np.testing.assert_allclose(vertex_colours(Scan(plain)), 0.5)
     assert vertex_colours(Scan(Mesh(np.eye(3), np.array([[0, 1, 2]])))) is None
+
+
+def test_a_sound_mesh_has_no_forks_and_is_in_one_piece():
+    mesh = sheet(9)
+    fin = np.array([[0, 1, 81]])
+    far = np.array([[82, 83, 84]])
+    touching = np.array([[40, 85, 86]])
+    vertices = np.concatenate([mesh.vertices, mesh.vertices[[0, 70, 71, 72, 60, 61]] + np.array([0, 0, 9.0])])
+    found = sound(Mesh(vertices, np.concatenate([mesh.faces, fin, far, touching])))
+    assert 0 < len(mesh.faces) - len(found.faces) < 10
+    same = sound(mesh)
+    np.testing.assert_array_equal(same.vertices, mesh.vertices)
+    assert len(same.faces) == len(mesh.faces)
+
+
+def test_any_mesh_can_be_the_template():
+    face = load_face()
+    bundled = make_template(face.rig.neutral, face)
+    skin = bundled.skin.mesh
+    piece, _ = submesh(skin, np.flatnonzero((skin.vertices[skin.faces][..., 2] > 40).all(axis=1)))
+    own = own_template(sound(piece), bundled)
+    assert own.parts == {}
+    assert 0.9 < own.regions["face"].max() <= 1.0
+    np.testing.assert_allclose(own.whole(own.skin.mesh.vertices), own.mesh.vertices, atol=0.2)
+    out = np.array([0.0, 0.0, 5.0])
+    moved = skin.vertices + out
+    target = Surface(Mesh(moved, skin.faces))
+    laid = laid_over(sound(piece), skin, skin.with_vertices(moved), target)
+    np.testing.assert_allclose(laid.vertices, sound(piece).vertices + out, atol=0.05)

@@ -10,7 +10,7 @@ SCANS = 6
 
 
 def demo_scans(folder: Path, seed: int, seconds: float | None, count: int) -> None:
-    """Leaves take.c3d, selection.json, scans/, rig.glb, perf.glb, preview.png and report.html in `folder`."""
+    """Leaves take.c3d, selection.json, scans/, rig.glb, perf.glb, preview.png, scans.png, report.html in `folder`."""
     from ..faces import load_face
     from ..faces.landmarks import FaceLandmarker
     from ..io.gltf import write_performance, write_rig
@@ -20,7 +20,7 @@ def demo_scans(folder: Path, seed: int, seconds: float | None, count: int) -> No
     from ..markers.scan_rig import record_beside, write_record
     from ..markers.scan_solve_report import scan_preview
     from ..markers.scans import ScansConfig, register_scans
-    from ..markers.scans_report import scans_record, scans_report, surface_distances
+    from ..markers.scans_report import registered_sheet, scans_record, scans_report, surface_distances
     from ..markers.selection import read_selection
     from ..markers.store import Store
     from ..pictures import write_png
@@ -40,12 +40,13 @@ def demo_scans(folder: Path, seed: int, seconds: float | None, count: int) -> No
         solved = solve_on_scans(recorded, found.scan_rig, progress=progress)
         write_performance(folder / "perf.glb", solved.performance)
         write_png(folder / "preview.png", scan_preview(solved, progress))
+        write_png(folder / "scans.png", registered_sheet(found, distances))
         report = scans_report("Markers and scans to a performance", found, distances, config)
         rows = add_truth(report, staged, found, solved, recorded, frames, progress)
         report.write(folder / "report.html")
     for row in rows:
         print("  ".join(str(cell) for cell in row))
-    print(f"{folder}/: take.c3d  selection.json  scans/  rig.glb  perf.glb  preview.png  report.html")
+    print(f"{folder}/: take.c3d  selection.json  scans/  rig.glb  perf.glb  preview.png  scans.png  report.html")
 
 
 def stage(folder: Path, seed: int, seconds: float, count: int, progress):

@@ -36,6 +36,7 @@ from .template import (
     laid_over,
     make_template,
     own_template,
+    sound,
 )
 
 
@@ -223,7 +224,7 @@ def _template(
     if asked is None:
         return bundled
     if isinstance(asked, str):
-        return own_template(resting.mesh, bundled)
+        return own_template(sound(resting.mesh), bundled)
     other = _on_resting_scan(asked, config, store, progress)
     mesh = asked.mesh.with_vertices(other.T_face_scan.apply(asked.mesh.vertices))
     return own_template(laid_over(mesh, other.mesh, reference.mesh, resting), bundled)

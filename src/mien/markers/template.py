@@ -1,16 +1,17 @@
 """The bundled topology as the template of many scans: made on the calmest one, deformed to all (Huang 2011, sec. 6)."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from ..faces.bundled import BundledFace
 from ..faces.landmarks import bundled_landmarks
 from ..faces.template_parts import TemplateParts, carried
-from ..mesh import Attachment, Mesh, closest_point, submesh
+from ..mesh import Attachment, Mesh, adjacency, closest_point, submesh
 from ..mesh.subdivide import loop_refinement
 from ..register import Anchors, NonrigidConfig, Surface, Template, procrustes
 
@@ -119,6 +120,33 @@ def own_template(mesh: Mesh, bundled: ScanTemplate) -> ScanTemplate:
     everything, all_faces = np.arange(len(mesh.vertices)), np.arange(len(mesh.faces))
     trust = near * np.maximum(D @ bundled.trust, 0.0)
     return ScanTemplate(mesh, all_faces, everything, Template(mesh), trust, regions, {}, D @ bundled.off_edges)
+
+
+def sound(mesh: Mesh) -> Mesh:
+    """Fit for a template: the largest piece, without triangles at edges of more than two, nor at vertices where the
+    surface touches itself."""
+    faces, before = mesh.faces, -1
+    while len(faces) != before:
+        before = len(faces)
+        faces = _largest(_untangled(faces, len(mesh.vertices)), len(mesh.vertices))
+    return submesh(replace(mesh, faces=faces, uv=None, uv_faces=None), np.arange(len(faces)))[0]
+
+
+def _untangled(faces: Int[np.ndarray, "m 3"], n: int) -> Int[np.ndarray, "k 3"]:
+    """Without triangles on an edge that another one walks the same way, or at a vertex that two rims pass."""
+    directed = faces[:, [[0, 1], [1, 2], [2, 0]]].astype(np.int64)
+    keys = directed[..., 0] * n + directed[..., 1]
+    _, which, count = np.unique(keys, return_inverse=True, return_counts=True)
+    once = (count[which].reshape(keys.shape) == 1).all(axis=1)
+    rim = ~np.isin(keys, directed[..., 1] * n + directed[..., 0])
+    leaving = np.bincount(directed[..., 0][rim], minlength=n)
+    return faces[once & (leaving[faces] < 2).all(axis=1)]
+
+
+def _largest(faces: Int[np.ndarray, "m 3"], n: int) -> Int[np.ndarray, "k 3"]:
+    _, piece = connected_components(adjacency(faces, n), directed=False)
+    of_face = piece[faces[:, 0]]
+    return faces[of_face == np.bincount(of_face).argmax()]
 
 
 def laid_over(
