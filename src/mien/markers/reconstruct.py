@@ -24,7 +24,7 @@ from .gaps import GapConfig, fill_gaps
 from .model import MarkerModel
 from .scan_rig import ScanRig
 from .solve import normal_equations, without_pose
-from .stabilise import StabiliseConfig, calm_frames, hold, mean_cloud, stabilise
+from .stabilise import StabiliseConfig, calm_frames, hold, last_tracked, mean_cloud, stabilise
 from .world import upright
 
 
@@ -130,7 +130,7 @@ def solve_on_scans(
     progress.update("solving frames", 1, 3)
     found = correctives(scan_rig, in_rig[on_skin], solved.missing[:, on_skin], config)
     progress.update("solving frames", 2, 3)
-    rig, shown = scan_rig.rig, _held(solved.tracked)
+    rig, shown = scan_rig.rig, last_tracked(solved.tracked)
     whole = Rig(rig.neutral, np.concatenate([rig.deltas, found.shapes]), (*rig.names, *found.names), rig.texture)
     weights = np.concatenate([solved.weights, found.weights], axis=1)[shown]
     pose = hold(solved.T_lab_face, solved.tracked)
@@ -166,18 +166,6 @@ def _shared(markers: Markers, scan_rig: ScanRig) -> tuple[Int[np.ndarray, " k"],
 
 def _repeated(T: Transform, count: int) -> Transform:
     return Transform(np.broadcast_to(T.rotation, (count, 3, 3)), np.broadcast_to(T.translation, (count, 3)))
-
-
-def _held(tracked: Bool[np.ndarray, " frames"]) -> Int[np.ndarray, " frames"]:
-    """For every frame the tracked frame whose value it shows.
-
-    Raises:
-        BadInput: none is tracked.
-    """
-    known = np.flatnonzero(tracked)
-    if not len(known):
-        raise BadInput("no frame shows enough of the rig's markers")
-    return known[np.maximum(np.searchsorted(known, np.arange(len(tracked)), side="right") - 1, 0)]
 
 
 @dataclass(frozen=True)

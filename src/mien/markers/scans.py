@@ -13,11 +13,12 @@ from ..faces.bundled import BundledFace
 from ..faces.landmark_lift import landmarks_near
 from ..faces.registration import RegisterConfig, register_scan
 from ..faces.scan_clean import cleaned
-from ..mesh import Attachment, Mesh, Scan, vertex_normals
+from ..mesh import Attachment, Mesh, Scan
 from ..progress import SILENT, Progress
 from ..register import Surface
 from ..rig import Rig
 from ..transforms import Transform
+from .agree import agreed_attachment, agreed_standoff
 from .constraints import NamedConstraint, place_constraints, touched
 from .fine import FineConfig, FineResult, register_fine
 from .on_scan import MarkersOnScans, OnScanConfig, packed, register_markers, unpacked
@@ -320,43 +321,6 @@ def _constrained(
     held = place_constraints(constraints, [p.name for p in placed], [p.T_face_scan for p in placed])
     again = {"constraints": held, "only": touched(held, fine.neighbours), "start": fine.vertices}
     return _fine_scale(template, coarse, surfaces, config, store, progress, **again)
-
-
-def agreed_attachment(
-    template: ScanTemplate,
-    skin: Float[np.ndarray, "scans n 3"],
-    points: list[np.ndarray],
-    covered: Bool[np.ndarray, "scans markers"],
-) -> Attachment:
-    """Where on the template the markers are, as the scans agree on it, now that they correspond.
-
-    Each scan's skin points (markers, 3) are brought to the resting scan by the correspondences; the median of all is
-    nearer the truth than the resting scan's own, since actors miss each expression in another way.
-    """
-    rest = Mesh(skin[0], template.skin.mesh.faces)
-    found = [template.attach(x, p).points(rest) for x, p in zip(skin, points, strict=True)]
-    brought = np.where(covered[..., None], np.stack(found), np.nan)
-    brought[0] = found[0]
-    return template.attach(rest.vertices, np.nanmedian(brought, axis=0))
-
-
-def agreed_standoff(
-    template: ScanTemplate,
-    skin: Float[np.ndarray, "scans n 3"],
-    attachment: Attachment,
-    markers: Float[np.ndarray, "scans markers 3"],
-    covered: Bool[np.ndarray, "scans markers"],
-    otherwise: Float[np.ndarray, " markers"],
-) -> Float[np.ndarray, " markers"]:
-    """Mean height of each marker above its skin point over the scans, mm; `otherwise` where no scan shows one."""
-    D, faces = attachment.matrix(template.skin.mesh), template.skin.mesh.faces
-    total = np.zeros(len(otherwise))
-    for x, there, held in zip(skin, markers, covered, strict=True):
-        normals = D @ vertex_normals(x, faces)
-        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-9)
-        total += held * np.einsum("md,md->m", there - D @ x, normals)
-    count = covered.sum(axis=0)
-    return np.where(count > 0, np.maximum(total / np.maximum(count, 1), 0.0), otherwise)
 
 
 def _rig(template: ScanTemplate, skin: Float[np.ndarray, "scans n 3"], names: list[str]) -> Rig:

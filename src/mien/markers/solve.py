@@ -10,7 +10,7 @@ from ..clip import visible
 from ..solve.smooth import smooth_box_least_squares
 from ..transforms import Transform, rotation_from_vector
 from .model import MarkerModel
-from .stabilise import hold
+from .stabilise import hold, last_tracked
 
 POSE = 6
 """Columns for the pose increment: rotation vector, translation."""
@@ -94,7 +94,7 @@ def solve_frames(
         before, used = used, seen & tracked[:, None] & ~_outliers(residuals, config)
         if settled and np.array_equal(before, used):
             break
-    weights, T = weights[_held(tracked)], hold(T, tracked)
+    weights, T = weights[last_tracked(tracked)], hold(T, tracked)
     return FrameSolve(weights, T, residuals, used, tracked, converged)
 
 
@@ -152,9 +152,3 @@ def _outliers(residuals: np.ndarray, config: SolveConfig) -> np.ndarray:
         return np.zeros(residuals.shape, bool)
     spread = 1.4826 * np.median(residuals[np.isfinite(residuals)])
     return residuals > max(config.outlier * spread, config.outlier_floor_mm)
-
-
-def _held(tracked: np.ndarray) -> np.ndarray:
-    """For every frame the tracked frame whose value it shows."""
-    known = np.flatnonzero(tracked)
-    return known[np.maximum(np.searchsorted(known, np.arange(len(tracked)), side="right") - 1, 0)]

@@ -65,9 +65,19 @@ def stabilise(markers: Markers, config: StabiliseConfig = StabiliseConfig()) -> 
 
 def hold(T: Transform, tracked: np.ndarray) -> Transform:
     """Poses with untracked frames replaced by the last tracked one before them (the first one after, at the start)."""
+    return T[last_tracked(tracked)]
+
+
+def last_tracked(tracked: np.ndarray) -> np.ndarray:
+    """For every frame the tracked frame whose value it shows: the last one before it, or the first one after.
+
+    Raises:
+        BadInput: no frame is tracked.
+    """
     known = np.flatnonzero(tracked)
-    source = known[np.maximum(np.searchsorted(known, np.arange(len(tracked)), side="right") - 1, 0)]
-    return T[source]
+    if not len(known):
+        raise BadInput("no frame shows enough of the markers")
+    return known[np.maximum(np.searchsorted(known, np.arange(len(tracked)), side="right") - 1, 0)]
 
 
 def calm_frames(
