@@ -182,7 +182,8 @@ def main() -> None:
     times["scan registration"] += whole - sum(clock.seconds.values())
     for name, seconds in times.items():
         paper = PAPER_S[name]
-        print(f"{name:22s} {seconds:8.1f} s   paper {paper:6.0f} s   {paper / max(seconds, 1e-9):6.0f} x")
+        ratio = f"{paper / seconds:6.0f} x" if seconds > 0 else "read, not timed"
+        print(f"{name:22s} {seconds:8.1f} s   paper {paper:6.0f} s   {ratio}")
     figures = {"seconds": times, "stages": clock.seconds, **speeds(found, solved, take)}
     figures |= correspondence(found, scans, take.truth)
     scores = {
