@@ -195,7 +195,7 @@ def _shrink_wrap(
     """Eq. 7 on the skin, stiff (landmarks of the `sure` groups fully) and then soft; eyes and teeth follow rigidly."""
     whole = face.rig.neutral.with_vertices(start)
     template = Template(Mesh(start[body.skin], body.skin_triangles))
-    trust = _trust(face, body, config)[body.skin]
+    trust = body.trusted(config.off_face)[body.skin]
     anchors = replace(anchors, attachment=body.attached(anchors.attachment))
     held, first = _of_groups(anchors, LIPS_AND_LIDS), _of_groups(anchors, sure)
     all_held = replace(first, weights=np.maximum(first.weights, config.other_landmarks * anchors.weights))
@@ -203,12 +203,12 @@ def _shrink_wrap(
     found = template.register(surface, held, config.second, start=found.vertices, trust=trust)
     vertices = start.copy()
     vertices[body.skin] = carried(template, found.vertices, trust > 0)
-    return whole.with_vertices(parts_follow(face, body, start, vertices))
+    return whole.with_vertices(parts_follow(face.parts, body.skin, body.trust[body.skin] > 0, start, vertices))
 
 
 def _refined(face, body: TemplateParts, mesh: Mesh, surface: Surface, anchors: Anchors, config):
     """Subdivide and register again, `density` times: the mesh, and the trust of its vertices."""
-    trust, is_skin = _trust(face, body, config), np.zeros(len(mesh.vertices))
+    trust, is_skin = body.trusted(config.off_face), np.zeros(len(mesh.vertices))
     is_skin[face.parts["skin"]] = 1.0
     held = _of_groups(anchors, LIPS_AND_LIDS)
     for _ in range(config.density):
@@ -227,10 +227,6 @@ def _refined(face, body: TemplateParts, mesh: Mesh, surface: Surface, anchors: A
         mesh = mesh.with_vertices(vertices)
         held = replace(held, attachment=Attachment(on_skin[there.faces], there.barycentric))
     return mesh, trust
-
-
-def _trust(face: BundledFace, body: TemplateParts, config: RegisterConfig) -> Float[np.ndarray, " n"]:
-    return np.maximum(face.regions["face"], config.off_face * body.trust) * (body.trust > 0)
 
 
 def _quality(mesh: Mesh, surface: Surface, trust: np.ndarray, config) -> tuple[np.ndarray, np.ndarray]:

@@ -10,6 +10,7 @@ from ..mesh import Mesh, Scan
 from ..pictures.render import Look, Renderer
 from ..pictures.report import Report
 from ..pictures.view import View, frontal_camera
+from ..transforms import Transform
 from .bundled import load_face
 from .registration import Registration
 
@@ -42,11 +43,15 @@ def _with_edges(image: UInt8[np.ndarray, "h w 3"], view: View, mesh: Mesh) -> UI
     return np.asarray(picture)
 
 
+def pose_record(T: Transform) -> dict:
+    """A similarity as the records hold it."""
+    return {"rotation": T.rotation.tolist(), "translation_mm": T.translation.tolist(), "scale": T.scale}
+
+
 def registration_record(found: Registration) -> dict:
     """What `register.json` holds of one scan."""
-    T = found.T_face_scan
     return {
-        "T_face_scan": {"rotation": T.rotation.tolist(), "translation_mm": T.translation.tolist(), "scale": T.scale},
+        "T_face_scan": pose_record(found.T_face_scan),
         "unit": found.landmarks.unit,
         "inside_out": found.landmarks.inside_out,
         "landmark_misfit_mm": found.landmarks.misfit,

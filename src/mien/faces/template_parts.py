@@ -42,6 +42,10 @@ class TemplateParts:
             trust = trust * (0.3 + 0.7 * np.clip(off / EDGE_MM, 0, 1))
         return trust
 
+    def trusted(self, off_face: float) -> Float[np.ndarray, " n"]:
+        """`trust`, with 1 wherever the face itself is shown and no more than `off_face` beyond it."""
+        return np.maximum(self.face.regions["face"], off_face * self.trust) * (self.trust > 0)
+
     def attached(self, attachment: Attachment) -> Attachment:
         """An attachment to the whole mesh as one to the skin alone."""
         place = np.searchsorted(self.skin_faces, attachment.faces)
@@ -97,16 +101,21 @@ def carried(
     return np.where(shown[:, None], vertices, solved)
 
 
-def parts_follow(face: BundledFace, body: TemplateParts, before: np.ndarray, after: np.ndarray) -> np.ndarray:
-    """Eyeballs ride on their lids, teeth and tongue on the skin before them, rigidly."""
+def parts_follow(
+    parts: dict[str, Int[np.ndarray, " _"]],
+    skin: Int[np.ndarray, " k"],
+    shown: Bool[np.ndarray, " k"],
+    before: Float[np.ndarray, "n 3"],
+    after: Float[np.ndarray, "n 3"],
+) -> Float[np.ndarray, "n 3"]:
+    """`after` with eyeballs riding on their lids, teeth and tongue on the `shown` skin before them, rigidly."""
     vertices = after.copy()
-    for part, members in face.parts.items():
+    for part, members in parts.items():
         if part == "skin":
             continue
         centre = before[members].mean(axis=0)
         reach = 18.0 if part.endswith("eye") else 30.0
-        off = np.linalg.norm(before[body.skin] - centre, axis=1)
-        weights = np.exp(-((off / reach) ** 2)) * (body.trust[body.skin] > 0)
-        moved = procrustes(before[body.skin], after[body.skin], weights).transform
+        off = np.linalg.norm(before[skin] - centre, axis=1)
+        moved = procrustes(before[skin], after[skin], np.exp(-((off / reach) ** 2)) * shown).transform
         vertices[members] = moved.apply(before[members])
     return vertices

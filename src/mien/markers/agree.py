@@ -3,7 +3,8 @@
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ..mesh import Attachment, Mesh, vertex_normals
+from ..mesh import Attachment, Mesh
+from .model import normals_at
 from .template import ScanTemplate
 
 
@@ -37,8 +38,6 @@ def agreed_standoff(
     D, faces = attachment.matrix(template.skin.mesh), template.skin.mesh.faces
     total = np.zeros(len(otherwise))
     for x, there, held in zip(skin, markers, covered, strict=True):
-        normals = D @ vertex_normals(x, faces)
-        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-9)
-        total += held * np.einsum("md,md->m", there - D @ x, normals)
+        total += held * np.einsum("md,md->m", there - D @ x, normals_at(D, x, faces))
     count = covered.sum(axis=0)
     return np.where(count > 0, np.maximum(total / np.maximum(count, 1), 0.0), otherwise)

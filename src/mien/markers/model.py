@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+import scipy.sparse as sp
+from jaxtyping import Float, Int
 
 from ..mesh import Attachment, submesh, vertex_normals
 from ..rig import Rig
@@ -32,6 +33,14 @@ class MarkerModel:
         return np.concatenate([shapes, turn, shift], axis=2)
 
 
+def normals_at(
+    D: sp.csr_matrix, vertices: Float[np.ndarray, "n 3"], faces: Int[np.ndarray, "m 3"]
+) -> Float[np.ndarray, "markers 3"]:
+    """Unit normals of the surface at attached points; D (markers, n) as `Attachment.matrix` gives it."""
+    normals = D @ vertex_normals(vertices, faces)
+    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+
+
 def marker_model(rig: Rig, attachment: Attachment, standoff: Float[np.ndarray, " markers"]) -> MarkerModel:
     """The markers of `attachment` on `rig`, each `standoff` mm above the skin along the normal.
 
@@ -44,9 +53,7 @@ def marker_model(rig: Rig, attachment: Attachment, standoff: Float[np.ndarray, "
     faces = part.faces
 
     def above(vertices: np.ndarray) -> np.ndarray:
-        normals = D @ vertex_normals(vertices, faces)
-        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
-        return D @ vertices + standoff[:, None] * normals
+        return D @ vertices + standoff[:, None] * normals_at(D, vertices, faces)
 
     rest = above(part.vertices)
     shapes = np.stack([above(part.vertices + delta[old]) - rest for delta in rig.deltas])

@@ -14,14 +14,14 @@ from scipy.sparse.linalg import splu
 
 from ..clip import Markers, visible
 from ..errors import BadInput
-from ..mesh import Attachment, Mesh, cotangent_laplacian, mass, vertex_normals
+from ..mesh import Attachment, Mesh, cotangent_laplacian, mass
 from ..progress import SILENT, Progress
 from ..register import procrustes
 from ..rig import Performance, Rig
 from ..solve import nnls
 from ..transforms import Transform, rotation_from_vector
 from .gaps import GapConfig, fill_gaps
-from .model import MarkerModel
+from .model import MarkerModel, normals_at
 from .scan_rig import ScanRig
 from .solve import normal_equations, without_pose
 from .stabilise import StabiliseConfig, calm_frames, hold, last_tracked, mean_cloud, stabilise
@@ -70,9 +70,7 @@ def meet_markers(
         held = covered[i]
         if not held.any():
             continue
-        normals = D @ vertex_normals(shape, mesh.faces)
-        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-9)
-        missing = markers[i] - D @ shape - standoff[:, None] * normals
+        missing = markers[i] - D @ shape - standoff[:, None] * normals_at(D, shape, mesh.faces)
         meets = (D @ response)[np.ix_(held, held)]
         out[i] = shape + response[:, held] @ np.linalg.solve(meets, missing[held])
     return out

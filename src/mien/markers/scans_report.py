@@ -2,8 +2,8 @@
 
 import numpy as np
 from jaxtyping import Float, UInt8
-from PIL import Image, ImageDraw
 
+from ..faces.registration_report import pose_record
 from ..mesh import Mesh, transfer
 from ..pictures import contact_sheet, label
 from ..pictures.colormap import colors_of
@@ -14,6 +14,7 @@ from ..pictures.view import View, frontal_camera
 from ..register import Rejection, Surface
 from .fine_features import raw_images
 from .fine_layout import Layout
+from .report import with_dots
 from .scan_rig import marker_record
 from .scans import RegisteredScans, ScansConfig
 from .template import EIGHT
@@ -40,11 +41,10 @@ def scans_record(found: RegisteredScans, distances: Float[np.ndarray, "scans n"]
     """What `register.json` holds."""
     labels, scans = found.scan_rig.labels, {}
     for i, (scan, on) in enumerate(zip(found.scans, found.on_scans.scans, strict=True)):
-        T, known = scan.T_face_scan, distances[i][np.isfinite(distances[i])]
-        pose = {"rotation": T.rotation.tolist(), "translation_mm": T.translation.tolist(), "scale": T.scale}
+        known = distances[i][np.isfinite(distances[i])]
         scans[scan.name] = {
             "frame": scan.frame,
-            "T_face_scan": pose,
+            "T_face_scan": pose_record(scan.T_face_scan),
             "markers_rigid_rms_mm": round(on.rigid_rms, 4),
             "markers_not_on_scan": [labels[m] for m in np.flatnonzero(~on.covered)],
             "surface_mean_mm": round(float(known.mean()), 4) if len(known) else None,
@@ -117,7 +117,7 @@ def registered_sheet(
         vertices = rig.neutral.vertices + (rig.deltas[i - 1] if i else 0.0)
         values = np.full(len(vertices), np.nan)
         values[found.template.members] = distances[i]
-        images += [_dotted(drawn, view, dots), plain.draw(*view, vertices=vertices)]
+        images += [with_dots(drawn, view, dots), plain.draw(*view, vertices=vertices)]
         images.append(heat.draw(*view, vertices=vertices, values=values))
         captions += [scan.name, "registered", "distance"]
     return contact_sheet(images, captions, columns=6)
@@ -183,11 +183,3 @@ def _front(found: RegisteredScans, size: int) -> View:
     shown = found.template.regions["face"] > 0.5
     mesh = Mesh(found.skin[0], found.template.skin.mesh.faces)
     return frontal_camera(mesh, size, frame=found.skin[:, shown].reshape(-1, 3)[::7])
-
-
-def _dotted(image: UInt8[np.ndarray, "h w 3"], view: View, points: Float[np.ndarray, "p 3"]):
-    page = Image.fromarray(image)
-    draw = ImageDraw.Draw(page)
-    for u, v in view.camera.project(view.T_camera_face.apply(points)):
-        draw.ellipse((u - 1.5, v - 1.5, u + 1.5, v + 1.5), fill=(250, 250, 245))
-    return np.asarray(page)

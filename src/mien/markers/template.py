@@ -10,10 +10,11 @@ from scipy.spatial import KDTree
 
 from ..faces.bundled import BundledFace
 from ..faces.landmarks import bundled_landmarks
-from ..faces.template_parts import TemplateParts, carried
+from ..faces.registration import LIPS_AND_LIDS
+from ..faces.template_parts import TemplateParts, carried, parts_follow
 from ..mesh import Attachment, Mesh, adjacency, closest_point, submesh
 from ..mesh.subdivide import loop_refinement
-from ..register import Anchors, NonrigidConfig, Surface, Template, procrustes
+from ..register import Anchors, NonrigidConfig, Surface, Template
 
 EIGHT: tuple[str, ...] = (
     "forehead_left", "forehead_right", "eye_left", "eye_right", "cheek_left", "cheek_right", "mouth", "chin",
@@ -22,9 +23,6 @@ EIGHT: tuple[str, ...] = (
 
 EDGE_MM = 3.0
 """How far from the edges of lids and lips the fine-scale step fades."""
-
-FOLLOW_MM = 30.0
-"""How near skin must be to take teeth and tongue along; eyeballs 18 mm."""
 
 
 @dataclass(frozen=True)
@@ -64,20 +62,13 @@ class ScanTemplate:
         """All vertices when the skin is at `skin`: what lies hidden goes with what is shown, parts ride rigidly."""
         before, after = self.mesh.vertices, self.mesh.vertices.copy()
         after[self.members] = carried(self.skin, skin, self.shown)
-        for name, part in self.parts.items():
-            reach = 18.0 if name.endswith("eye") else FOLLOW_MM
-            off = np.linalg.norm(before[self.members] - before[part].mean(axis=0), axis=1)
-            weights = np.exp(-((off / reach) ** 2)) * self.shown
-            moved = procrustes(before[self.members], after[self.members], weights).transform
-            after[part] = moved.apply(before[part])
-        return after
+        return parts_follow(self.parts, self.members, self.shown, before, after)
 
 
 def make_template(mesh: Mesh, face: BundledFace, off_face: float = 0.15) -> ScanTemplate:
     """A template of a mesh that has the bundled topology, subdivided any number of times (face space, mm)."""
     masks = {name: face.regions[name] for name in ("face", *EIGHT)}
-    body = TemplateParts(face)
-    trust = np.maximum(face.regions["face"], off_face * body.trust) * (body.trust > 0)
+    trust = TemplateParts(face).trusted(off_face)
     kinds = {name: _mask(part, len(trust)) for name, part in face.parts.items()}
     faces, values = face.rig.neutral.faces, np.stack([trust, *masks.values(), *kinds.values()], 1)
     while len(faces) < len(mesh.faces):
@@ -182,9 +173,6 @@ class CoarseConfig:
     """Weight of lip and lid landmarks, against `nonrigid.markers` of a marker; 0: none, as in the paper."""
     landmark_slack: float = 1.5
     """A landmark on which the views disagree by this much counts half, mm."""
-
-
-LIPS_AND_LIDS = ("lips_outer", "lips_inner", "eye_left", "eye_right")
 
 
 @dataclass(frozen=True)
