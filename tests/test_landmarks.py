@@ -4,6 +4,7 @@ import os
 import numpy as np
 import pytest
 
+from face_model import needs_model
 from mien.errors import BadInput
 from mien.faces.bundled import load_face
 from mien.faces.landmark_model import model_path
@@ -11,17 +12,6 @@ from mien.faces.landmarks import COUNT, GROUPS, FaceLandmarker, bundled_landmark
 from mien.mesh import closest_point, submesh
 from mien.pictures.render import Look, render
 from mien.pictures.view import frontal_camera
-
-
-def has_model() -> bool:
-    try:
-        model_path()
-    except BadInput:
-        return False
-    return True
-
-
-needs_model = pytest.mark.skipif(not has_model(), reason="no face model: run `mien fetch landmarks`")
 
 
 @pytest.fixture(scope="module")

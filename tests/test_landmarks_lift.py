@@ -1,24 +1,15 @@
 import numpy as np
 import pytest
 
+from face_model import needs_model
 from mien.errors import BadInput
 from mien.faces.bundled import load_face
 from mien.faces.landmark_lift import LiftConfig, lift_landmarks, similarity_to_average
-from mien.faces.landmark_model import model_path
 from mien.faces.landmarks import bundled_landmarks
 from mien.mesh import Mesh, Scan, submesh
 from mien.transforms import Transform, rotation_from_vector
 
-
-def has_model() -> bool:
-    try:
-        model_path()
-    except BadInput:
-        return False
-    return True
-
-
-pytestmark = pytest.mark.skipif(not has_model(), reason="no face model: run `mien fetch landmarks`")
+pytestmark = needs_model
 QUICK = LiftConfig(sweep_pixels=256, pixels=400, views=((0.0, 0.0), (-0.25, 0.0), (0.25, 0.0)))
 
 

@@ -4,11 +4,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from face_model import needs_model
 from mien.cli.register import register
 from mien.errors import BadInput
 from mien.faces.bundled import load_face
 from mien.faces.landmark_lift import LiftConfig, lift_landmarks
-from mien.faces.landmark_model import model_path
 from mien.faces.landmarks import bundled_landmarks
 from mien.faces.registration import RegisterConfig, register_scan, registered_rig
 from mien.faces.registration_report import registration_record
@@ -23,15 +23,6 @@ from mien.transforms import Transform, rotation_from_vector
 DATA = Path(__file__).parents[2] / "shared" / "data"
 
 
-def has_model() -> bool:
-    try:
-        model_path()
-    except BadInput:
-        return False
-    return True
-
-
-needs_model = pytest.mark.skipif(not has_model(), reason="no face model: run `mien fetch landmarks`")
 QUICK = RegisterConfig(lift=LiftConfig(sweep_pixels=256, pixels=480, views=((0.0, 0.0), (-0.25, 0.0), (0.25, 0.0))))
 
 

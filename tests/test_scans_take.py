@@ -5,13 +5,13 @@ import json
 import numpy as np
 import pytest
 
+from face_model import needs_model
 from mien.actor import MocapConfig, ScanConfig, make_performer, marker_layout, perform, scan
 from mien.actor.score_material import material_under, scan_errors, score_material
 from mien.cli.register import register
 from mien.cli.solve import solve
 from mien.errors import BadInput
 from mien.faces import load_face
-from mien.faces.landmark_model import model_path
 from mien.faces.registration import RegisterConfig
 from mien.io.gltf import read_performance, read_rig
 from mien.io.markers import write_c3d
@@ -30,15 +30,6 @@ from mien.register import Surface
 FRAMES = (10, 70, 110)
 
 
-def has_model() -> bool:
-    try:
-        model_path()
-    except BadInput:
-        return False
-    return True
-
-
-needs_model = pytest.mark.skipif(not has_model(), reason="no face model: run `mien fetch landmarks`")
 
 
 @pytest.fixture(scope="module")
