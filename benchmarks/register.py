@@ -25,19 +25,19 @@ from pathlib import Path
 
 import numpy as np
 
-from mien.actor import make_performer
-from mien.actor.scanner import ScanConfig
-from mien.actor.scanner import scan as scan_actor
-from mien.actor.skin import SkinConfig, make_skin
 from mien.errors import BadInput
 from mien.faces.bundled import load_face
-from mien.faces.landmark_lift import lift_landmarks
-from mien.faces.landmarks import bundled_landmarks
-from mien.faces.registration import Registration, register_scan
 from mien.faces.scan_clean import cleaned
+from mien.fitting.register_scan import Registration, register_scan
 from mien.io.meshes import read_scan
+from mien.landmarks.detector import bundled_landmarks
+from mien.landmarks.on_scan import lift_landmarks
 from mien.mesh import Mesh, loop_subdivide, submesh, vertex_normals
 from mien.register import Rejection, Surface, procrustes, register_surface
+from mien.stage import make_performer
+from mien.stage.people.skin import SkinConfig, make_skin
+from mien.stage.sensors.scanner import ScanConfig
+from mien.stage.sensors.scanner import scan as scan_actor
 
 PACKAGE = "meshmonk==0.3.0"
 DATA = Path(__file__).parents[2] / "shared" / "data"

@@ -18,17 +18,17 @@ from pathlib import Path
 
 import numpy as np
 
-from mien.actor import ScanConfig, SkinConfig, make_performer, make_skin, marker_layout, perform, scan, scripted
-from mien.actor.score_material import MaterialScore, material_under, scan_errors, score_material
 from mien.faces import load_face
-from mien.markers.reconstruct import ScanSolve, meet_markers, solve_on_scans, solve_weights
-from mien.markers.scans import RegisteredScans, ScansConfig, register_scans
-from mien.markers.scans_report import surface_distances
-from mien.markers.select import SelectConfig, select_frames
-from mien.markers.selection import SelectTakeConfig, select_take
-from mien.markers.store import Store
 from mien.mesh import mass
+from mien.reports.scans import surface_distances
 from mien.rig import Rig
+from mien.scans.pipeline import RegisteredScans, ScansConfig, register_scans
+from mien.scans.reconstruct import ScanSolve, meet_markers, solve_on_scans, solve_weights
+from mien.scans.select_frames import SelectConfig, select_frames
+from mien.scans.selection import SelectTakeConfig, select_take
+from mien.stage import ScanConfig, SkinConfig, make_performer, make_skin, marker_layout, perform, scan, scripted
+from mien.stage.score_material import MaterialScore, material_under, scan_errors, score_material
+from mien.step_cache import Store
 from mien.transforms import Transform
 
 PAPER_S = {"selection": 2 * 3600, "marker registration": 0.2 * 3600, "scan registration": 5 * 3600}

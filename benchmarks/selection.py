@@ -15,10 +15,10 @@ import time
 import numpy as np
 import scipy.optimize
 
-from mien.actor import make_performer, marker_layout, perform, random_performance
-from mien.markers.gaps import GapConfig, fill_gaps
-from mien.markers.select import SelectConfig, select_frames
-from mien.markers.stabilise import stabilise
+from mien.scans.select_frames import SelectConfig, select_frames
+from mien.stage import make_performer, marker_layout, perform, random_performance
+from mien.takes.gaps import GapConfig, fill_gaps
+from mien.takes.stabilise import stabilise
 
 PAPER_S = (2 * 3600, 3 * 3600)
 SECONDS = 54.2

@@ -10,12 +10,12 @@ import time
 
 import numpy as np
 
-from mien.actor import make_performer, marker_layout, perform, score_performance, scripted
 from mien.faces import load_face
-from mien.markers.model import marker_model
 from mien.markers.pipeline import solve_take
-from mien.markers.solve import solve_frames
-from mien.markers.stabilise import stabilise
+from mien.stage import make_performer, marker_layout, perform, score_performance, scripted
+from mien.takes.frame_solve import solve_frames
+from mien.takes.marker_model import marker_model
+from mien.takes.stabilise import stabilise
 from mien.transforms import Transform
 
 

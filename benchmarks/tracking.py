@@ -21,11 +21,11 @@ import numpy as np
 from mien.camera import Camera
 from mien.depth import RGBDFrame
 from mien.faces.bundled import load_face
-from mien.faces.landmarks import Landmarks2D
+from mien.landmarks.detector import Landmarks2D
+from mien.landmarks.on_rig import LandmarkMap, attach_landmarks, bundled_map, feature_points
 from mien.mesh import Mesh, loop_subdivide
 from mien.pictures.raycast import depth_image
 from mien.rig import Rig
-from mien.tracking.features import LandmarkMap, attach_landmarks, bundled_map, feature_points
 from mien.tracking.model import tracking_model
 from mien.tracking.tracker import TrackConfig, begin, prepare, step
 from mien.transforms import Transform, rotation_from_vector

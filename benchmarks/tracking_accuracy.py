@@ -20,16 +20,16 @@ from pathlib import Path
 
 import numpy as np
 
-from mien.actor import FilmConfig, HeadMotion, film, make_performer, random_performance, score_vertices, scripted
-from mien.actor.performer import Performer
-from mien.actor.truth import Truth
 from mien.depth import RGBDFrame
 from mien.faces.bundled import load_face
-from mien.faces.landmarks import FaceLandmarker, Landmarks2D
 from mien.io.rgbd import RgbdTake
+from mien.landmarks.detector import FaceLandmarker, Landmarks2D
+from mien.landmarks.on_rig import LIDS, LIPS, bundled_map
+from mien.landmarks.stream import with_landmarks
 from mien.mesh import ClosestPoint, Mesh, submesh
-from mien.tracking.features import LIDS, LIPS, bundled_map
-from mien.tracking.landmark_stream import with_landmarks
+from mien.stage import FilmConfig, HeadMotion, film, make_performer, random_performance, score_vertices, scripted
+from mien.stage.people.performer import Performer
+from mien.stage.truth import Truth
 from mien.tracking.model import TrackingModel, tracking_model
 from mien.tracking.personalize import personalize
 from mien.tracking.tracker import TrackConfig, TrackResult, begin, prepare, step

@@ -3,7 +3,7 @@
 import pytest
 
 from mien.errors import BadInput
-from mien.faces.landmark_model import model_path
+from mien.landmarks.model_file import model_path
 
 
 def has_model() -> bool:

@@ -9,21 +9,21 @@ import pytest
 from PIL import Image
 
 import tracking_stage as stage
-from mien.actor.rehearsal import REHEARSED, rehearsal
 from mien.cli import demo_rgbd
 from mien.cli.main import main
 from mien.cli.personalize import beside
 from mien.errors import BadInput
-from mien.faces.landmark_model import VARIABLE
+from mien.experiments.tracking_ablation import FULL, Remembered, compare, left_out
 from mien.io.gltf import read_performance, write_rig
 from mien.io.rgbd import read_rgbd, write_rgbd
-from mien.io.rgbd_live import Replay, live_frames
+from mien.io.rgbd.live import Replay, live_frames
+from mien.landmarks.model_file import VARIABLE
+from mien.reports.tracking import Crop, depth_colors, faces_sheet, learning_chart, preview, take_report
 from mien.rig import Rig
 from mien.rig.retarget import CORRECTIVE
+from mien.stage.script.repeated_script import REHEARSED, rehearsal
 from mien.tracking.fit import FitConfig
 from mien.tracking.pipeline import TakeConfig, track_take
-from mien.tracking.report import Crop, depth_colors, faces_sheet, learning_chart, preview, take_report
-from mien.tracking.study import FULL, Remembered, compare, left_out
 
 FRAMES = 12
 

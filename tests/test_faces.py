@@ -10,8 +10,8 @@ from trimesh.ray.ray_pyembree import RayMeshIntersector
 import mien.faces
 from mien.faces import ARKIT_NAMES, load_face
 from mien.faces.arkit import opposite
-from mien.faces.held_out import load_held_out_targets
 from mien.faces.lids import fit_blink, gaps, opening
+from mien.stage.people.holdout_identities import load_held_out_targets
 
 ASSETS = Path(mien.faces.__file__).parent / "assets"
 FLIP = np.array([-1, 1, 1])

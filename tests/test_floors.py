@@ -8,14 +8,18 @@ import mien
 ROOT = Path(mien.__file__).parent
 
 FLOORS = [
-    {"_kernels", "errors", "files", "progress"},
+    {"_kernels", "errors", "files", "progress", "step_cache"},
     {"transforms", "mesh", "camera"},
     {"clip", "depth", "solve", "flow"},
     {"register", "rig"},
     {"io", "pictures"},
     {"faces"},
-    {"markers", "tracking", "actor"},
-    {"cli"},
+    {"landmarks", "image_space", "takes"},
+    {"fitting"},
+    {"markers", "scans", "tracking", "blendshapes", "detail", "light", "stage"},
+    {"reports"},
+    {"experiments"},
+    {"cli", "viewer"},
 ]
 FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
 

@@ -10,9 +10,9 @@ import trimesh
 
 from gltf_validator import assert_valid_gltf, gltf_issues
 from mien.errors import BadInput
-from mien.io.glb import GlbBuilder, open_glb
 from mien.io.gltf import read_performance, read_rig, write_performance, write_rig
-from mien.io.gltf_mesh import linear_from_srgb, split_seams, srgb_from_linear
+from mien.io.gltf.glb import GlbBuilder, open_glb
+from mien.io.gltf.mesh import linear_from_srgb, split_seams, srgb_from_linear
 from mien.mesh import Mesh
 from mien.rig import Performance, Rig
 from mien.transforms import Transform, rotation_from_vector

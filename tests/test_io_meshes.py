@@ -11,7 +11,7 @@ from PIL import Image
 from mien.errors import BadInput
 from mien.io.gltf import write_rig
 from mien.io.meshes import read_scan, write_mesh, write_obj, write_ply
-from mien.io.polygons import fan, weld
+from mien.io.meshes.polygons import fan, weld
 from mien.mesh import Mesh
 from test_io_gltf import foreign, rig
 

@@ -5,7 +5,7 @@ import pytest
 
 from mien.errors import BadInput
 from mien.io.meshes import read_scan
-from mien.io.sequence import write_sequence
+from mien.io.meshes.sequence import write_sequence
 from test_io_gltf import performance
 
 

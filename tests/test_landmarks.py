@@ -7,8 +7,8 @@ import pytest
 from face_model import needs_model
 from mien.errors import BadInput
 from mien.faces.bundled import load_face
-from mien.faces.landmark_model import model_path
-from mien.faces.landmarks import COUNT, GROUPS, FaceLandmarker, bundled_landmarks, detect_landmarks
+from mien.landmarks.detector import COUNT, GROUPS, FaceLandmarker, bundled_landmarks, detect_landmarks
+from mien.landmarks.model_file import model_path
 from mien.mesh import closest_point, submesh
 from mien.pictures.render import Look, render
 from mien.pictures.view import frontal_camera

@@ -7,7 +7,7 @@ import pytest
 
 from mien.cli.fetch import fetch
 from mien.errors import BadInput
-from mien.faces import landmark_model as model
+from mien.landmarks import model_file as model
 
 
 @pytest.fixture

@@ -4,8 +4,8 @@ import pytest
 from face_model import needs_model
 from mien.errors import BadInput
 from mien.faces.bundled import load_face
-from mien.faces.landmark_lift import LiftConfig, lift_landmarks, similarity_to_average
-from mien.faces.landmarks import bundled_landmarks
+from mien.landmarks.detector import bundled_landmarks
+from mien.landmarks.on_scan import LiftConfig, lift_landmarks, similarity_to_average
 from mien.mesh import Mesh, Scan, submesh
 from mien.transforms import Transform, rotation_from_vector
 

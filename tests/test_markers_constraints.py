@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mien.errors import BadInput
-from mien.markers.constraints import PairConstraint, place_constraints, read_constraints, touched
+from mien.image_space.constraints import PairConstraint, place_constraints, read_constraints, touched
 from mien.transforms import Transform, rotation_from_vector
 
 PAIR = {

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from mien.errors import BadInput
-from mien.markers.constraints import PairConstraint
-from mien.markers.fine import closest_scans, register_fine
-from mien.markers.fine_config import FineConfig
-from mien.markers.fine_layout import blending
+from mien.image_space.config import FineConfig
+from mien.image_space.constraints import PairConstraint
+from mien.image_space.layout import blending
 from mien.mesh import Mesh, closest_point
 from mien.register import Surface
+from mien.scans.fine_scale import closest_scans, register_fine
 from mien.transforms import Transform, rotation_from_vector
 
 COUNT = 41

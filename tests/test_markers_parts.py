@@ -6,18 +6,18 @@ import pytest
 from mien.clip import Markers
 from mien.errors import BadInput
 from mien.faces import load_face
-from mien.markers.adapt import AdaptConfig, adapt_rig, shape_corrections, spread
-from mien.markers.align import align, starts
-from mien.markers.depth import depth_metric
-from mien.markers.gaps import GapConfig, fill_gaps, gap_lengths
-from mien.markers.identity import IdentityConfig, fit_identity, on_closest, person, surface_points
-from mien.markers.model import MarkerModel, marker_model
-from mien.markers.placement import read_attachment, write_attachment
-from mien.markers.solve import SolveConfig, normal_equations, solve_frames, without_pose
-from mien.markers.stabilise import calm_frames, mean_cloud, stabilise
-from mien.markers.world import upright
+from mien.fitting.marker_identity import IdentityConfig, fit_identity, on_closest, person, surface_points
+from mien.markers.attachment_file import read_attachment, write_attachment
+from mien.markers.personalise_shapes import AdaptConfig, adapt_rig, shape_corrections, spread
 from mien.mesh import Attachment, ClosestPoint, submesh, vertex_normals
 from mien.register import procrustes
+from mien.register.align import align, starts
+from mien.takes.depth_reliability import depth_metric
+from mien.takes.frame_solve import SolveConfig, normal_equations, solve_frames, without_pose
+from mien.takes.gaps import GapConfig, fill_gaps, gap_lengths
+from mien.takes.marker_model import MarkerModel, marker_model
+from mien.takes.stabilise import calm_frames, mean_cloud, stabilise
+from mien.takes.world import upright
 from mien.transforms import Transform, rotation_from_vector, vector_from_rotation
 
 FREE = SolveConfig(sparsity=0.0, smoothness=0.0, ridge=1e-9, rounds=6, outlier=np.inf)

@@ -6,14 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mien.actor import make_performer, marker_layout, perform, score_performance, scripted
 from mien.cli.main import main
 from mien.clip import Markers
 from mien.faces import ARKIT_NAMES, load_face
 from mien.io.gltf import read_performance
 from mien.io.markers import read_markers, write_c3d
 from mien.markers.pipeline import solve_take
-from mien.markers.report import preview, take_report, telling_frames
+from mien.reports.markers import preview, take_report, telling_frames
+from mien.stage import make_performer, marker_layout, perform, score_performance, scripted
 
 REAL = Path(__file__).parents[2] / "shared/data/markers16"
 

@@ -11,7 +11,6 @@ from PIL import Image
 
 from mien.errors import BadInput
 from mien.pictures import (
-    Report,
     bar_chart,
     box_chart,
     contact_sheet,
@@ -25,6 +24,7 @@ from mien.pictures import (
 )
 from mien.pictures.colormap import table
 from mien.pictures.scale import PAPER, nice_ticks, number
+from mien.reports.page import Report
 
 
 def flat(color, height=20, width=30):

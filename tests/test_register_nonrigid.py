@@ -3,15 +3,14 @@ import pytest
 import scipy.sparse as sp
 
 from mien.errors import BadInput
+from mien.fitting.morph import LinearModel, fit_model
 from mien.mesh import Attachment, ClosestPoint, Mesh, closest_point, cotangent_laplacian, vertex_normals
 from mien.register import (
     Anchors,
-    LinearModel,
     NonrigidConfig,
     Rejection,
     Surface,
     Template,
-    fit_model,
     register_surface,
 )
 from mien.register.coarse import CoarseTemplate

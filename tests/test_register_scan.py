@@ -8,16 +8,16 @@ from face_model import needs_model
 from mien.cli.register import register
 from mien.errors import BadInput
 from mien.faces.bundled import load_face
-from mien.faces.landmark_lift import LiftConfig, lift_landmarks
-from mien.faces.landmarks import bundled_landmarks
-from mien.faces.registration import RegisterConfig, register_scan, registered_rig
-from mien.faces.registration_report import registration_record
 from mien.faces.scan_clean import cleaned, mended, outward, welded, wound_alike
-from mien.faces.template_parts import TemplateParts, carried
+from mien.fitting.register_scan import RegisterConfig, register_scan, registered_rig
+from mien.fitting.template_parts import TemplateParts, carried
 from mien.io.gltf import read_rig
 from mien.io.meshes import read_scan, write_mesh
+from mien.landmarks.detector import bundled_landmarks
+from mien.landmarks.on_scan import LiftConfig, lift_landmarks
 from mien.mesh import Mesh, Scan, loop_subdivide, submesh, vertex_normals
 from mien.register import Template
+from mien.reports.single_scan import registration_record
 from mien.transforms import Transform, rotation_from_vector
 
 DATA = Path(__file__).parents[2] / "shared" / "data"
@@ -99,7 +99,7 @@ def test_density_keeps_the_coarse_vertices_first(found, staged):
 
 @needs_model
 def test_the_command_writes_face_page_and_record(staged, tmp_path, capsys, monkeypatch, found):
-    monkeypatch.setattr("mien.faces.registration.register_scan", lambda *_, **__: found)
+    monkeypatch.setattr("mien.fitting.register_scan.register_scan", lambda *_, **__: found)
     register(staged[0], output=tmp_path / "face.glb", report=tmp_path / "page.html")
     assert "mean distance" in capsys.readouterr().out
     assert read_rig(tmp_path / "face.glb").names == load_face().rig.names

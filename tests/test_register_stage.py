@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from mien.actor import make_performer
-from mien.actor.scanner import ScanConfig
-from mien.actor.scanner import scan as scan_actor
-from mien.actor.skin import SkinConfig, make_skin
 from mien.faces.bundled import load_face
-from mien.faces.template_parts import TemplateParts
+from mien.fitting.template_parts import TemplateParts
 from mien.mesh import Attachment, ClosestPoint, Mesh, farthest_points, loop_refinement, vertex_normals
 from mien.register import Anchors, Surface, Template
+from mien.stage import make_performer
+from mien.stage.people.skin import SkinConfig, make_skin
+from mien.stage.sensors.scanner import ScanConfig
+from mien.stage.sensors.scanner import scan as scan_actor
 
 
 @pytest.fixture(scope="module")

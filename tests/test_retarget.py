@@ -11,12 +11,12 @@ from mien.cli.main import main
 from mien.errors import BadInput
 from mien.faces import load_face
 from mien.io.gltf import read_performance, write_performance, write_rig
+from mien.landmarks.face_correspondence import match_faces
+from mien.landmarks.on_rig import attach_landmarks
 from mien.mesh import ClosestPoint, Mesh, loop_subdivide, submesh
 from mien.rig import Performance, Rig
 from mien.rig.retarget import by_name, lay_over, resolve_weights, retarget
 from mien.rig.transfer import FACS23, merged, transfer_deltas
-from mien.tracking.features import attach_landmarks
-from mien.tracking.match import match_faces
 from mien.transforms import Transform, rotation_from_vector
 
 

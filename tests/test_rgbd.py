@@ -17,8 +17,8 @@ from mien.camera import Camera
 from mien.depth import RGBDFrame
 from mien.errors import BadInput
 from mien.io.rgbd import RgbdTake, read_intrinsics, read_rgbd, write_intrinsics, write_rgbd
-from mien.io.rgbd_camera import Webcam, open_webcam
-from mien.io.rgbd_live import Replay, live_frames
+from mien.io.rgbd.live import Replay, live_frames
+from mien.io.rgbd.webcam import Webcam, open_webcam
 from mien.transforms import rotation_from_vector
 
 CAMERA = Camera(60.0, 61.0, 23.5, 15.5, 48, 32)

@@ -10,24 +10,17 @@ from mien.clip import Markers
 from mien.errors import BadInput
 from mien.faces import load_face
 from mien.io.gltf import read_rig, write_rig
-from mien.markers.reconstruct import (
-    ReconstructConfig,
-    correctives,
-    meet_markers,
-    smoothed,
-    solve_on_scans,
-    solve_weights,
-)
-from mien.markers.scan_colour import vertex_colours
-from mien.markers.scan_files import match_scans
-from mien.markers.scan_rig import ScanRig, marker_record, read_scan_rig, write_record
-from mien.markers.scans import calmed
-from mien.markers.store import Store, fingerprint
-from mien.markers.template import laid_over, make_template, own_template, sound
 from mien.mesh import Attachment, Mesh, Scan, closest_point, submesh, vertex_normals
 from mien.mesh.cluster import clustered
+from mien.mesh.scan_color import vertex_colours
 from mien.register import Surface
 from mien.rig import Rig
+from mien.scans.pipeline import calmed
+from mien.scans.reconstruct import ReconstructConfig, correctives, meet_markers, smoothed, solve_on_scans, solve_weights
+from mien.scans.scan_files import match_scans
+from mien.scans.scan_rig import ScanRig, marker_record, read_scan_rig, write_record
+from mien.scans.template import laid_over, make_template, own_template, sound
+from mien.step_cache import Store, fingerprint
 from mien.transforms import Transform, rotation_from_vector
 
 

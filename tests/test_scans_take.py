@@ -6,26 +6,26 @@ import numpy as np
 import pytest
 
 from face_model import needs_model
-from mien.actor import MocapConfig, ScanConfig, make_performer, marker_layout, perform, scan
-from mien.actor.score_material import material_under, scan_errors, score_material
 from mien.cli.register import register
 from mien.cli.solve import solve
 from mien.errors import BadInput
 from mien.faces import load_face
-from mien.faces.registration import RegisterConfig
+from mien.fitting.register_scan import RegisterConfig
 from mien.io.gltf import read_performance, read_rig
 from mien.io.markers import write_c3d
 from mien.io.meshes import write_mesh
-from mien.markers.fine import FineConfig
-from mien.markers.on_scan import find_start, packed, register_markers, unpacked
-from mien.markers.prepare import prepare
-from mien.markers.reconstruct import solve_on_scans
-from mien.markers.scans import ScansConfig, register_scans, resting_first
-from mien.markers.scans_report import scans_record, surface_distances
-from mien.markers.store import Store
-from mien.markers.template import EIGHT, make_template
 from mien.mesh import Mesh, mass
 from mien.register import Surface
+from mien.reports.scans import scans_record, surface_distances
+from mien.scans.fine_scale import FineConfig
+from mien.scans.marker_registration import find_start, packed, register_markers, unpacked
+from mien.scans.pipeline import ScansConfig, register_scans, resting_first
+from mien.scans.reconstruct import solve_on_scans
+from mien.scans.template import EIGHT, make_template
+from mien.stage import MocapConfig, ScanConfig, make_performer, marker_layout, perform, scan
+from mien.stage.score_material import material_under, scan_errors, score_material
+from mien.step_cache import Store
+from mien.takes.preprocess import prepare
 
 FRAMES = (10, 70, 110)
 
@@ -199,7 +199,7 @@ def test_the_command_leaves_a_rig_that_solve_takes_up(stage, tmp_path, monkeypat
     write_c3d(tmp_path / "take.c3d", take.markers)
     (tmp_path / "selection.json").write_text(json.dumps({"frames": list(FRAMES)}))
     quick = ScansConfig(fine=FineConfig(sweeps=0, pixel_mm=1.5, curvature_radius_mm=6.0))
-    monkeypatch.setattr("mien.markers.scans.ScansConfig", lambda: quick)
+    monkeypatch.setattr("mien.scans.pipeline.ScansConfig", lambda: quick)
     register(
         folder, output=tmp_path / "face.glb", markers=tmp_path / "take.c3d", selection=tmp_path / "selection.json",
         density=0, partial=True,

@@ -5,8 +5,8 @@ import pytest
 import scipy.optimize
 
 from mien.errors import BadInput
-from mien.markers.select import SelectConfig, select_frames
-from mien.markers.study import StudyConfig, select_markers
+from mien.scans.marker_reduction import StudyConfig, select_markers
+from mien.scans.select_frames import SelectConfig, select_frames
 from test_select import low_rank_take
 
 SMALL = StudyConfig(least=4, sample=40)

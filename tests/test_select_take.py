@@ -8,11 +8,11 @@ import pytest
 from mien.cli.select import select
 from mien.clip import Markers
 from mien.errors import BadInput
+from mien.io.image_sequence import read_stills
 from mien.io.markers import write_c3d
-from mien.io.stills import read_stills
-from mien.markers.select import SelectConfig, select_frames
-from mien.markers.selection import SelectTakeConfig, read_selection, select_take, write_selection
 from mien.pictures import write_mp4
+from mien.scans.select_frames import SelectConfig, select_frames
+from mien.scans.selection import SelectTakeConfig, read_selection, select_take, write_selection
 from mien.transforms import Transform, rotation_from_vector
 from test_select import low_rank_take
 

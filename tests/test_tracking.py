@@ -9,12 +9,12 @@ import pytest
 import tracking_stage as stage
 from mien.depth import RGBDFrame
 from mien.errors import BadInput
-from mien.faces.landmarks import Landmarks2D
 from mien.io.gltf import read_performance, write_performance
+from mien.landmarks.detector import Landmarks2D
+from mien.landmarks.stream import with_landmarks
 from mien.mesh import vertex_normals
 from mien.rig import Rig
 from mien.tracking.correctives import CorrectiveConfig, Residuals, with_correctives
-from mien.tracking.landmark_stream import with_landmarks
 from mien.tracking.pipeline import T_WORLD_CAMERA, track_frames, track_take
 from mien.tracking.tracker import TrackConfig, begin, prepare, steadied, step
 

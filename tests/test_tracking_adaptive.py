@@ -8,6 +8,7 @@ import scipy.sparse as sp
 
 import tracking_stage as stage
 from mien._kernels import track
+from mien.landmarks.on_rig import FEATURES
 from mien.mesh import vertex_normals
 from mien.tracking.adaptive import (
     DeformConfig,
@@ -18,9 +19,8 @@ from mien.tracking.adaptive import (
     weighted_subspace,
 )
 from mien.tracking.adaptive import _smoothness as smoothness
-from mien.tracking.bias import BiasConfig, Rest, above, corrected, learn, learn_rest, no_bias
-from mien.tracking.features import FEATURES
-from mien.tracking.observe import ObserveConfig, Sighting, observe
+from mien.tracking.landmark_bias import BiasConfig, Rest, above, corrected, learn, learn_rest, no_bias
+from mien.tracking.preprocess_frame import ObserveConfig, Sighting, observe
 from mien.tracking.rigid import RigidConfig, correspond
 
 

@@ -7,7 +7,7 @@ import pytest
 
 import tracking_stage as stage
 from mien._kernels import track
-from mien.tracking.features import FEATURES
+from mien.landmarks.on_rig import FEATURES
 from mien.tracking.fit import (
     FitConfig,
     depth_term,
@@ -18,7 +18,7 @@ from mien.tracking.fit import (
     normal_equations,
     without_head,
 )
-from mien.tracking.observe import ObserveConfig, observe
+from mien.tracking.preprocess_frame import ObserveConfig, observe
 from mien.tracking.rigid import LEVER, RigidConfig, correspond, moved
 
 PLAIN = FitConfig(soft=1e9, features=13.8, gaps=2.0)

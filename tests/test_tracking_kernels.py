@@ -8,7 +8,7 @@ import tracking_stage as stage
 from mien._kernels import icp, icp_twin, track, track_fit, track_fit_twin, track_twin, tsdf, tsdf_twin
 from mien.mesh import vertex_normals
 from mien.tracking.adaptive import Factored
-from mien.tracking.blocks import LEAST
+from mien.tracking.packed_basis import LEAST
 
 INTRINSICS = np.array([262.5, 262.5, 159.5, 119.5])
 

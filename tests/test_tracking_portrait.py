@@ -7,7 +7,7 @@ import numpy as np
 import tracking_stage as stage
 from mien.faces import load_face
 from mien.register.rigid import procrustes
-from mien.tracking.portrait import identity_step, portray
+from mien.tracking.rig_from_images import identity_step, portray
 
 TRUE = np.random.default_rng(4).normal(0, 1.2, 8)
 

@@ -8,7 +8,7 @@ import pytest
 import tracking_stage as stage
 from mien.errors import BadInput
 from mien.tracking.detect import detect
-from mien.tracking.observe import ObserveConfig, observe
+from mien.tracking.preprocess_frame import ObserveConfig, observe
 from mien.tracking.rigid import RigidConfig, align, moved
 
 

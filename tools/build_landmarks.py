@@ -17,7 +17,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from mien.faces.bundled import BundledFace, load_face
-from mien.faces.landmarks import COUNT, GROUPS, FaceLandmarker
+from mien.landmarks.detector import COUNT, GROUPS, FaceLandmarker
 from mien.mesh import Attachment, ClosestPoint, Mesh, submesh, vertex_normals
 from mien.pictures.raycast import RayCaster
 from mien.pictures.render import Look, Renderer

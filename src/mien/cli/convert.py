@@ -15,8 +15,8 @@ from ..io.markers import read_marker_file, write_c3d
 from ..io.meshes import SUFFIXES as SCANS
 from ..io.meshes import WRITERS as MESHES
 from ..io.meshes import read_scan, write_mesh
+from ..io.meshes.sequence import write_sequence
 from ..io.rigs import read_any_rig
-from ..io.sequence import write_sequence
 from .bar import bar
 
 _ROUTES = """a marker take to .c3d; a performance .glb to .csv (Live Link Face) or to a folder (a mesh a frame);

@@ -5,13 +5,13 @@ from pathlib import Path
 
 def demo_markers(folder: Path, seed: int, seconds: float, count: int) -> None:
     """Leaves take.c3d, perf.glb, preview.png and report.html in `folder`."""
-    from ..actor import make_performer, marker_layout, perform, score_performance, scripted
     from ..faces import load_face
     from ..io.gltf import write_performance
     from ..io.markers import read_markers, write_c3d
     from ..markers.pipeline import solve_take
-    from ..markers.report import preview, take_report
     from ..pictures import write_png
+    from ..reports.markers import preview, take_report
+    from ..stage import make_performer, marker_layout, perform, score_performance, scripted
     from .bar import bar
     from .solve import summary
 

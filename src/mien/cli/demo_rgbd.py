@@ -12,15 +12,15 @@ SECONDS = 12.0
 
 def demo_rgbd(folder: Path, seed: int, seconds: float | None) -> None:
     """Leaves take/, rig.glb, perf.glb, preview.png and report.html in `folder`."""
-    from ..actor import score_performance
+    from ..experiments.tracking_ablation import Remembered, compare, left_out
     from ..io.gltf import write_performance, write_rig
     from ..io.rgbd import read_rgbd, write_rgbd
     from ..pictures import write_png
+    from ..reports.tracking import preview, take_report, weights_section
+    from ..stage import score_performance
     from ..tracking.model import tracking_model
     from ..tracking.personalize import personalize
     from ..tracking.pipeline import track_take
-    from ..tracking.report import preview, take_report, weights_section
-    from ..tracking.study import Remembered, compare, left_out
     from .bar import bar
     from .personalize import beside
     from .track import summary
@@ -53,8 +53,8 @@ def demo_rgbd(folder: Path, seed: int, seconds: float | None) -> None:
 
 def stage(seed: int, seconds: float):
     """The script and the film: calm, five expressions in two rounds, a hand before the face between the rounds."""
-    from ..actor import FilmConfig, film, make_performer
-    from ..actor.rehearsal import rehearsal
+    from ..stage import FilmConfig, film, make_performer
+    from ..stage.script.repeated_script import rehearsal
 
     script = rehearsal(RATE, seconds, seed)
     between = next(start for name, start, _ in script.cues if name.endswith("again")) / RATE
@@ -104,7 +104,7 @@ def weight_errors(truth, tracked, eyes) -> tuple[float, float]:
 
 def add_stages(report, study, truth) -> None:
     """The paper's fig. 5: every tracker's errors, and their faces in the strongest frame of the second half."""
-    from ..tracking.report import faces_sheet
+    from ..reports.tracking import faces_sheet
 
     scores = {name: variant_score(study, name, truth, np.flatnonzero(truth.in_view)[::2]) for name in study.variants}
     frame = telling(next(iter(scores.values())), truth)
@@ -139,7 +139,7 @@ def telling(score, truth) -> int:
 
 def variant_score(study, name: str, truth, frames):
     """The usual score of one of the study's trackers."""
-    from ..actor import score_vertices
+    from ..stage import score_vertices
 
     variant = study.variants[name]
     return score_vertices(
@@ -169,8 +169,8 @@ def face() -> np.ndarray:
 
 def add_learning(report, study, tracked, script) -> None:
     """The paper's fig. 7, how well the learnt space says a new expression, and a table beside fig. 11."""
-    from ..tracking.report import faces_sheet
-    from ..tracking.study import FULL
+    from ..experiments.tracking_ablation import FULL
+    from ..reports.tracking import faces_sheet
 
     if not study.learnt:
         report.text("No frame was far enough from the blendshapes to teach a corrective.")

@@ -12,18 +12,18 @@ SCANS = 6
 def demo_scans(folder: Path, seed: int, seconds: float | None, count: int) -> None:
     """Leaves take.c3d, selection.json, scans/, rig.glb, perf.glb, preview.png, scans.png, report.html in `folder`."""
     from ..faces import load_face
-    from ..faces.landmarks import FaceLandmarker
     from ..io.gltf import write_performance, write_rig
     from ..io.markers import read_markers
-    from ..markers.reconstruct import solve_on_scans
-    from ..markers.scan_files import match_scans
-    from ..markers.scan_rig import record_beside, write_record
-    from ..markers.scan_solve_report import scan_preview
-    from ..markers.scans import ScansConfig, register_scans
-    from ..markers.scans_report import registered_sheet, scans_record, scans_report, surface_distances
-    from ..markers.selection import read_selection
-    from ..markers.store import Store
+    from ..landmarks.detector import FaceLandmarker
     from ..pictures import write_png
+    from ..reports.scan_solve import scan_preview
+    from ..reports.scans import registered_sheet, scans_record, scans_report, surface_distances
+    from ..scans.pipeline import ScansConfig, register_scans
+    from ..scans.reconstruct import solve_on_scans
+    from ..scans.scan_files import match_scans
+    from ..scans.scan_rig import record_beside, write_record
+    from ..scans.selection import read_selection
+    from ..step_cache import Store
     from .bar import bar
 
     FaceLandmarker().close()
@@ -51,11 +51,11 @@ def demo_scans(folder: Path, seed: int, seconds: float | None, count: int) -> No
 
 def stage(folder: Path, seed: int, seconds: float, count: int, progress):
     """A take of a performer with wrinkles, the frames to scan, and the scans; the truth of both."""
-    from ..actor import ScanConfig, SkinConfig, make_performer, make_skin, marker_layout, perform, scan, scripted
     from ..io.markers import read_markers, write_c3d
     from ..io.meshes import write_mesh
-    from ..markers.select import SelectConfig
-    from ..markers.selection import SelectTakeConfig, select_take, write_selection
+    from ..scans.select_frames import SelectConfig
+    from ..scans.selection import SelectTakeConfig, select_take, write_selection
+    from ..stage import ScanConfig, SkinConfig, make_performer, make_skin, marker_layout, perform, scan, scripted
 
     progress.update("staging a performance", 0, 2 + SCANS)
     skin = make_skin(make_performer(seed), SkinConfig(levels=2))
@@ -80,8 +80,8 @@ def stage(folder: Path, seed: int, seconds: float, count: int, progress):
 
 def add_truth(report, staged, found, solved, recorded, frames, progress) -> list[tuple]:
     """Correspondence errors before and after the fine-scale step, the performance's, and the paper's fig. 8."""
-    from ..actor.score_material import scan_errors
     from ..pictures.plot import line_chart
+    from ..stage.score_material import scan_errors
     from ..transforms import Transform
 
     truth, scans = staged
@@ -110,8 +110,8 @@ def add_truth(report, staged, found, solved, recorded, frames, progress) -> list
 
 def scored(solved, found, truth, shown, step: int):
     """Errors of every third vertex of the face, every `step` frames."""
-    from ..actor.score_material import score_material
     from ..mesh import mass
+    from ..stage.score_material import score_material
 
     rig, weights = solved.performance.rig, solved.performance.weights
     some = found.template.members[np.flatnonzero(shown)[::3]]
@@ -128,8 +128,8 @@ def scored(solved, found, truth, shown, step: int):
 
 def by_number_of_scans(found, recorded, truth, shown, frames, progress):
     """Mean errors at the markers and over the face with the first 2, 3, ... of the selected scans (fig. 8)."""
-    from ..markers.reconstruct import ReconstructConfig, solve_on_scans
     from ..rig import Rig
+    from ..scans.reconstruct import ReconstructConfig, solve_on_scans
 
     whole = found.scan_rig
     order = [name for frame in frames for name in whole.rig.names if name.endswith(f"{frame:06d}")]

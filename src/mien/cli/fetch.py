@@ -2,7 +2,7 @@
 
 from typing import Literal
 
-from ..faces.landmark_model import fetch_model
+from ..landmarks.model_file import fetch_model
 from .bar import bar
 
 

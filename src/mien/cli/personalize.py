@@ -12,7 +12,7 @@ from ..io.meshes import write_mesh
 from ..io.rgbd import RgbdTake, read_rgbd
 from ..tracking.personalize import PersonalizeConfig
 from ..tracking.personalize import personalize as make_rig
-from ..tracking.portrait import portray
+from ..tracking.rig_from_images import portray
 from .bar import bar
 
 

@@ -88,9 +88,9 @@ def register(
 def register_one(path: Path, output: Path, density: int, unit: str | None, report: Path | None) -> None:
     """One scan, no markers."""
     from ..faces.bundled import load_face
-    from ..faces.registration import RegisterConfig, register_scan, registered_rig
-    from ..faces.registration_report import registration_record, registration_report
+    from ..fitting.register_scan import RegisterConfig, register_scan, registered_rig
     from ..io.meshes import read_scan
+    from ..reports.single_scan import registration_record, registration_report
 
     source = read_scan(path, unit)
     with bar() as progress:
@@ -134,15 +134,15 @@ def register_folder(
 ) -> None:
     """All scans of a take."""
     from ..faces.bundled import load_face
+    from ..image_space.constraints import read_constraints
     from ..io.markers import read_marker_file
     from ..io.meshes import read_scan
-    from ..markers.constraints import read_constraints
-    from ..markers.scan_files import match_scans
-    from ..markers.scan_rig import record_beside, write_record
-    from ..markers.scans import ScansConfig, register_scans
-    from ..markers.scans_report import scans_record, scans_report, surface_distances
-    from ..markers.selection import read_selection
-    from ..markers.store import Store
+    from ..reports.scans import scans_record, scans_report, surface_distances
+    from ..scans.pipeline import ScansConfig, register_scans
+    from ..scans.scan_files import match_scans
+    from ..scans.scan_rig import record_beside, write_record
+    from ..scans.selection import read_selection
+    from ..step_cache import Store
 
     chosen = read_selection(take.selection)
     files = match_scans(folder, chosen.frames, made.partial)
@@ -166,7 +166,7 @@ def summary(found, distances) -> list[str]:
     """The lines that end the registration of a folder."""
     import numpy as np
 
-    from ..markers.template import EIGHT
+    from ..scans.template import EIGHT
 
     known = distances[np.isfinite(distances)]
     lines = [

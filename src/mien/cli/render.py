@@ -9,8 +9,8 @@ from cyclopts import Parameter
 
 from ..errors import BadInput
 from ..files import existing
-from ..io.glb import open_glb
 from ..io.gltf import read_performance, read_rig
+from ..io.gltf.glb import open_glb
 from ..io.meshes import read_scan
 from ..mesh import Scan
 from ..pictures import Look, contact_sheet, label, write_mp4, write_png

@@ -11,10 +11,10 @@ from ..errors import BadInput
 from ..files import writable
 from ..io.gltf import read_performance, write_performance
 from ..io.rigs import read_any_rig
+from ..landmarks.face_correspondence import match_faces
 from ..rig import Rig
 from ..rig.retarget import CORRECTIVE
 from ..rig.retarget import retarget as move
-from ..tracking.match import match_faces
 
 
 def retarget(

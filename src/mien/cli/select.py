@@ -8,8 +8,8 @@ from cyclopts import Parameter
 
 from ..files import existing
 from ..io.markers import read_marker_file
-from ..markers.select import SelectConfig
-from ..markers.selection import SelectTakeConfig, TakeSelection, select_take, write_selection
+from ..scans.select_frames import SelectConfig
+from ..scans.selection import SelectTakeConfig, TakeSelection, select_take, write_selection
 from .bar import bar
 
 
@@ -68,14 +68,14 @@ def select(
 
 def studied(found: TakeSelection, progress):
     """The marker study on what the selection saw."""
-    from ..markers.study import select_markers
+    from ..scans.marker_reduction import select_markers
 
     return select_markers(found.positions, found.bases, progress=progress)
 
 
 def draw_sheet(path: Path, video: Path, offset: float, found: TakeSelection, rate: float) -> None:
     """A contact sheet of the film at the chosen frames, in the order of choice."""
-    from ..io.stills import read_stills
+    from ..io.image_sequence import read_stills
     from ..pictures import contact_sheet, write_png
 
     frames = found.selection.frames.tolist()

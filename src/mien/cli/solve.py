@@ -9,12 +9,12 @@ from cyclopts import Parameter
 from ..files import existing, writable
 from ..io.gltf import write_performance
 from ..io.markers import MarkerFile, read_marker_file
-from ..markers.files import face_for, placed
+from ..markers.attachment_file import write_attachment
+from ..markers.inputs import face_for, placed
 from ..markers.pipeline import TakeConfig, solve_take
-from ..markers.placement import write_attachment
-from ..markers.report import preview, take_report
-from ..markers.scan_rig import record_beside
 from ..pictures import write_png
+from ..reports.markers import preview, take_report
+from ..scans.scan_rig import record_beside
 from .bar import bar
 
 
@@ -78,9 +78,9 @@ def solve_on_rig_of_scans(
 ) -> None:
     """A take on registered scans of the same person with the same markers."""
     from ..io.gltf import read_rig
-    from ..markers.reconstruct import solve_on_scans
-    from ..markers.scan_rig import read_scan_rig
-    from ..markers.scan_solve_report import scan_preview, scan_solve_report
+    from ..reports.scan_solve import scan_preview, scan_solve_report
+    from ..scans.reconstruct import solve_on_scans
+    from ..scans.scan_rig import read_scan_rig
 
     scan_rig = read_scan_rig(record_beside(rig), read_rig(rig))
     with bar() as progress:

@@ -10,15 +10,15 @@ from ..errors import BadInput
 from ..files import writable
 from ..io.gltf import write_performance
 from ..io.rgbd import RgbdTake, read_rgbd
-from ..io.rgbd_camera import open_webcam
-from ..io.rgbd_live import Replay, live_frames
+from ..io.rgbd.live import Replay, live_frames
+from ..io.rgbd.webcam import open_webcam
 from ..io.rigs import read_any_rig
-from ..markers.report import telling_frames
+from ..landmarks.on_rig import LandmarkMap, landmarks_of
 from ..pictures import write_png
 from ..progress import Progress
-from ..tracking.features import LandmarkMap, landmarks_of
+from ..reports.markers import telling_frames
+from ..reports.tracking import preview, take_report, weights_section
 from ..tracking.pipeline import TakeConfig, Tracked, check_shapes, track_take
-from ..tracking.report import preview, take_report, weights_section
 from .bar import bar
 from .personalize import beside
 

@@ -1,4 +1,4 @@
-"""Faces: the bundled head and its identity space, ICT-FaceKit's, landmark detection."""
+"""Faces: the bundled head and its identity space, ICT-FaceKit's."""
 
 from .arkit import ARKIT_NAMES
 from .bundled import BundledFace, IdentitySpace, load_face

@@ -1,1 +1,1 @@
-"""Marker takes (Huang 2011): stabilise, attach, solve; select, register, reconstruct."""
+"""Markers alone to an animated face."""

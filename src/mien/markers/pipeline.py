@@ -10,15 +10,15 @@ from ..faces.bundled import BundledFace
 from ..mesh import Attachment
 from ..progress import SILENT, Progress
 from ..rig import Performance, Rig
+from ..takes.depth_reliability import DepthConfig, depth_metric
+from ..takes.frame_solve import FrameSolve, SolveConfig, solve_frames
+from ..takes.gaps import GapConfig, fill_gaps
+from ..takes.marker_model import marker_model
+from ..takes.stabilise import StabiliseConfig, stabilise
+from ..takes.world import upright
 from ..transforms import Transform
-from .adapt import AdaptConfig, adapt_rig, shape_corrections, spread
-from .attach import AttachConfig, Attached, attach, attach_by_hand
-from .depth import DepthConfig, depth_metric
-from .gaps import GapConfig, fill_gaps
-from .model import marker_model
-from .solve import FrameSolve, SolveConfig, solve_frames
-from .stabilise import StabiliseConfig, stabilise
-from .world import upright
+from .calibrate import AttachConfig, Attached, attach, attach_by_hand
+from .personalise_shapes import AdaptConfig, adapt_rig, shape_corrections, spread
 
 
 @dataclass(frozen=True)

@@ -1,11 +1,10 @@
-"""Pictures, with no display and no GPU: rays, shading, colour maps, sheets, films, charts, reports."""
+"""Pictures, with no display and no GPU: rays, shading, colour maps, sheets, films, charts."""
 
 from .colormap import colors_of
 from .occlusion import ambient_occlusion
 from .plot import bar_chart, box_chart, line_chart
 from .raycast import DepthImage, Hits, RayCaster, depth_image
 from .render import Lamp, Look, Renderer, render
-from .report import Report
 from .scale import scale_bar
 from .sheet import contact_sheet, hstack, label, with_scale
 from .video import write_mp4, write_png
@@ -18,7 +17,6 @@ __all__ = [
     "Look",
     "RayCaster",
     "Renderer",
-    "Report",
     "View",
     "ambient_occlusion",
     "bar_chart",

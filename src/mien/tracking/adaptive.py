@@ -22,11 +22,11 @@ from jaxtyping import Float, Float32
 from scipy.sparse.linalg import splu
 
 from .._kernels import mix, track
+from ..landmarks.on_rig import FEATURES
 from ..mesh import cotangent_laplacian
 from ..transforms import Transform
-from .features import FEATURES
 from .model import TrackingModel
-from .observe import Sighting
+from .preprocess_frame import Sighting
 from .rigid import Correspondences
 
 IDS = np.array(FEATURES)

@@ -14,7 +14,7 @@ from ..errors import BadInput
 from ..mesh import Mesh
 from ..progress import SILENT, Progress
 from ..transforms import Transform
-from .observe import Sighting
+from .preprocess_frame import Sighting
 from .rigid import RigidConfig, align
 
 

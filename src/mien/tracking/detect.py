@@ -6,10 +6,10 @@ from jaxtyping import Float, Float32
 from ..camera import Camera
 from ..depth import RGBDFrame
 from ..errors import BadInput
-from ..faces.landmarks import Landmarks2D
+from ..landmarks.detector import Landmarks2D
+from ..landmarks.on_rig import IRISES
 from ..register.rigid import procrustes
 from ..transforms import Transform
-from .features import IRISES
 from .fit import landmark_rows
 from .model import TrackingModel
 from .rigid import LEVER, moved

@@ -15,11 +15,11 @@ import numpy as np
 from jaxtyping import Float, Float32, Int
 
 from .._kernels import icp, track, track_fit
+from ..landmarks.on_rig import FEATURES, LIDS, LIPS
 from ..transforms import Transform
-from .features import FEATURES, LIDS, LIPS
 from .model import POINTS, TrackingModel
-from .observe import Sighting
-from .resolve import box_solve
+from .preprocess_frame import Sighting
+from .reproject_weights import box_solve
 from .rigid import LEVER, Correspondences, RigidConfig, correspond, moved
 
 Rows = tuple[np.ndarray, np.ndarray]

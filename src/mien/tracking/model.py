@@ -8,10 +8,10 @@ from jaxtyping import Bool, Float, Float32, Int
 from scipy.sparse.csgraph import connected_components
 
 from ..errors import BadInput
+from ..landmarks.on_rig import FEATURES, LandmarkMap, skin_faces
 from ..mesh import Mesh, adjacency, boundary_vertices, mass, vertex_normals
 from ..rig import Rig
-from .blocks import ShapeBlocks, pack
-from .features import FEATURES, LandmarkMap, skin_faces
+from .packed_basis import ShapeBlocks, pack
 
 POINTS = 3480.0
 """What the depth term weighs in all, in vertices: the frontal vertices of the paper's mesh, whatever ours has."""

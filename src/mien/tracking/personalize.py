@@ -12,17 +12,10 @@ from ..camera import Camera
 from ..depth import RGBDFrame
 from ..errors import BadInput
 from ..faces.bundled import BundledFace, load_face
-from ..faces.landmarks import FaceLandmarker, Landmarks2D
+from ..fitting.neutral import NeutralConfig, NeutralResult, fit_neutral
 from ..io.rgbd import RgbdTake
-from ..mesh import Mesh
-from ..pictures.raycast import depth_image
-from ..progress import SILENT, Progress
-from ..rig import Rig
-from ..rig.transfer import merged, transfer_rig
-from ..transforms import Transform
-from .aggregate import Aggregate, AggregateConfig, aggregate
-from .detect import WrongScale, detect, length, lifted
-from .features import (
+from ..landmarks.detector import FaceLandmarker, Landmarks2D
+from ..landmarks.on_rig import (
     LOWER_INNER_LIP,
     UPPER_INNER_LIP,
     LandmarkMap,
@@ -31,9 +24,16 @@ from .features import (
     landmarks_of,
     lift,
 )
-from .landmark_stream import Landmarker, with_landmarks
+from ..landmarks.stream import Landmarker, with_landmarks
+from ..mesh import Mesh
+from ..pictures.raycast import depth_image
+from ..progress import SILENT, Progress
+from ..rig import Rig
+from ..rig.transfer import merged, transfer_rig
+from ..transforms import Transform
+from .aggregate import Aggregate, AggregateConfig, aggregate
+from .detect import WrongScale, detect, length, lifted
 from .model import tracking_model
-from .neutral import NeutralConfig, NeutralResult, fit_neutral
 
 PATIENCE = 30
 """Frames in which a face must appear."""

@@ -9,17 +9,17 @@ from jaxtyping import Float
 from ..depth import RGBDFrame
 from ..errors import BadInput
 from ..faces.arkit import ARKIT_NAMES
-from ..faces.landmarks import FaceLandmarker, Landmarks2D
 from ..io.rgbd import RgbdTake
+from ..landmarks.detector import FaceLandmarker, Landmarks2D
+from ..landmarks.on_rig import LandmarkMap, landmarks_of
+from ..landmarks.stream import Landmarker, with_landmarks
 from ..progress import SILENT, Progress
 from ..rig import Performance, Rig
 from ..rig.transfer import FACS23
 from ..transforms import Transform
 from .correctives import CorrectiveConfig, Residuals, with_correctives
 from .detect import WrongScale
-from .features import LandmarkMap, landmarks_of
 from .fit import FitConfig
-from .landmark_stream import Landmarker, with_landmarks
 from .model import TrackingModel, tracking_model
 from .personalize import PATIENCE, no_face, with_scale
 from .tracker import NoWatch, Tools, TrackConfig, TrackResult, TrackState, Watch, begin, prepare, step

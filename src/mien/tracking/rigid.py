@@ -7,7 +7,7 @@ from jaxtyping import Float, Float32, Int
 
 from .._kernels import icp, track
 from ..transforms import Transform
-from .observe import Sighting
+from .preprocess_frame import Sighting
 
 LEVER = 100.0
 """Millimetres: turns are counted in 1/100 radian, so that they and shifts are about as large."""

@@ -9,7 +9,7 @@ from jaxtyping import Float, Float32
 from .._kernels import track
 from ..camera import Camera
 from ..depth import RGBDFrame
-from ..faces.landmarks import Landmarks2D
+from ..landmarks.detector import Landmarks2D
 from ..solve import kalman as filters
 from ..solve.incremental_pca import IncrementalPca, IncrementalPcaConfig
 from ..transforms import Transform, rotation_from_vector, vector_from_rotation
@@ -22,12 +22,12 @@ from .adaptive import (
     feature_offsets,
     weighted_subspace,
 )
-from .bias import Bias, BiasConfig, Rest, above, corrected, learn, learn_rest, no_bias
 from .detect import detect
 from .fit import FitConfig, at_rest, fit_blendshapes
+from .landmark_bias import Bias, BiasConfig, Rest, above, corrected, learn, learn_rest, no_bias
 from .model import TrackingModel
-from .observe import ObserveConfig, Sighting, observe
-from .resolve import Resolver
+from .preprocess_frame import ObserveConfig, Sighting, observe
+from .reproject_weights import Resolver
 from .rigid import RigidConfig, align, correspond
 
 

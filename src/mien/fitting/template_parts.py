@@ -1,0 +1,121 @@
+"""The bundled topology as a template: what of it a scan can show, and what goes along with what is shown."""
+
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from scipy.spatial import KDTree
+
+from ..faces.bundled import BundledFace
+from ..mesh import Attachment, submesh, vertex_normals
+from ..pictures.raycast import RayCaster
+from ..register import procrustes
+from ..register.nonrigid import Template
+from ..register.residuals import laplacian_term, membrane_term, point_term
+from ..register.shape import local_rotations, turned_edges
+from ..register.solver import solve_vertices
+
+EDGE_MM = 4.0
+"""How far from the edges of lids and lips a closest point may be on the wrong one."""
+
+
+class TemplateParts:
+    """Which vertices of the bundled topology a scan can show, and which move as rigid parts."""
+
+    def __init__(self, face: BundledFace):
+        self.face = face
+        mesh = face.rig.neutral
+        on_skin = np.zeros(len(mesh.vertices), bool)
+        on_skin[face.parts["skin"]] = True
+        self.skin_faces: Int[np.ndarray, " f"] = np.flatnonzero(on_skin[mesh.faces].all(axis=1))
+        skin, self.skin = submesh(mesh, self.skin_faces)
+        self.skin_triangles = skin.faces
+
+    @cached_property
+    def trust(self) -> Float[np.ndarray, " n"]:
+        """1 in the open, 0 where a scan shows nothing or closest points go wrong; less along lids and lips."""
+        rest = self.face.rig.neutral.vertices
+        trust = _openness(self.face) * ~_ears(rest)
+        edges = [rest[c] for c in self.face.contours.values() if len(c)]
+        if edges:
+            off = KDTree(np.concatenate(edges)).query(rest)[0]
+            trust = trust * (0.3 + 0.7 * np.clip(off / EDGE_MM, 0, 1))
+        return trust
+
+    def trusted(self, off_face: float) -> Float[np.ndarray, " n"]:
+        """`trust`, with 1 wherever the face itself is shown and no more than `off_face` beyond it."""
+        return np.maximum(self.face.regions["face"], off_face * self.trust) * (self.trust > 0)
+
+    def attached(self, attachment: Attachment) -> Attachment:
+        """An attachment to the whole mesh as one to the skin alone."""
+        place = np.searchsorted(self.skin_faces, attachment.faces)
+        return Attachment(np.minimum(place, len(self.skin_faces) - 1), attachment.barycentric)
+
+
+def _ears(rest: Float[np.ndarray, "n 3"]) -> Bool[np.ndarray, " n"]:
+    """Ears and the skin round them on the average face: closest points fold them onto the head."""
+    x, y, z = rest.T
+    return (np.abs(x) > 66) & (z > -45) & (z < 16) & (y > -50) & (y < 38)
+
+
+def _openness(face: BundledFace, directions: int = 64) -> Float[np.ndarray, " n"]:
+    """0 in caves (mouth, nostrils, behind the lids and ears), 1 in the open, on the skin; 0 on other parts."""
+    mesh = face.rig.neutral
+    normals = vertex_normals(mesh.vertices, mesh.faces)
+    i = np.arange(directions) + 0.5
+    up, turn = 1 - 2 * i / directions, np.pi * (1 + 5**0.5) * i
+    rays = np.stack([np.sqrt(1 - up**2) * np.cos(turn), np.sqrt(1 - up**2) * np.sin(turn), up], 1)
+    caster, free, count = RayCaster(mesh), np.zeros(len(normals)), np.zeros(len(normals))
+    for ray in rays:
+        before = normals @ ray > 0.1
+        start = mesh.vertices[before] + 0.05 * normals[before]
+        free[before] += ~caster.occluded(start, np.broadcast_to(ray, start.shape))
+        count += before
+    found = np.zeros(len(normals))
+    skin = face.parts["skin"]
+    found[skin] = np.clip((free / np.maximum(count, 1))[skin] / 0.5 - 0.3, 0, 1)
+    return found
+
+
+def carried(
+    template: Template, vertices: Float[np.ndarray, "n 3"], shown: Bool[np.ndarray, " n"], reach: float = 12.0
+) -> Float[np.ndarray, "n 3"]:
+    """Hidden skin (the mouth's inside, nostrils, behind the lids, ears) goes with the shown skin around it.
+
+    Shape terms alone would leave the mouth's lining where it was while the cheek moves in over it. So every hidden
+    vertex is drawn to its rest place moved as the shown skin within `reach` mm is, and the shape terms smooth that.
+    """
+    hidden, rest = np.flatnonzero(~shown), template.mesh.vertices
+    if not len(hidden) or not shown.any():
+        return vertices
+    near, who = KDTree(rest[shown]).query(rest[hidden], k=min(60, int(shown.sum())))
+    weights = np.exp(-((near / reach) ** 2)) + 1e-6 / (1 + near**2)
+    weights /= weights.sum(axis=1, keepdims=True)
+    moved = (vertices - rest)[shown]
+    goal = vertices.copy()
+    goal[hidden] = rest[hidden] + np.einsum("hk,hkd->hd", weights, moved[who])
+    hold = np.where(shown, 1e4, 0.3) * template.stencil.mass
+    edges = turned_edges(template.stencil, rest, local_rotations(template.stencil, rest, goal))
+    terms = [laplacian_term(template.stencil, edges, 1.0, 1.0), membrane_term(template.stencil, edges, 0.02)]
+    solved = solve_vertices([*terms, point_term(goal, hold)], None, goal, prolongation=template.prolongation).vertices
+    return np.where(shown[:, None], vertices, solved)
+
+
+def parts_follow(
+    parts: dict[str, Int[np.ndarray, " _"]],
+    skin: Int[np.ndarray, " k"],
+    shown: Bool[np.ndarray, " k"],
+    before: Float[np.ndarray, "n 3"],
+    after: Float[np.ndarray, "n 3"],
+) -> Float[np.ndarray, "n 3"]:
+    """`after` with eyeballs riding on their lids, teeth and tongue on the `shown` skin before them, rigidly."""
+    vertices = after.copy()
+    for part, members in parts.items():
+        if part == "skin":
+            continue
+        centre = before[members].mean(axis=0)
+        reach = 18.0 if part.endswith("eye") else 30.0
+        off = np.linalg.norm(before[skin] - centre, axis=1)
+        moved = procrustes(before[skin], after[skin], np.exp(-((off / reach) ** 2)) * shown).transform
+        vertices[members] = moved.apply(before[members])
+    return vertices

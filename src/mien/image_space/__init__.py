@@ -1,0 +1,1 @@
+"""A surface laid out in an image: layout, features, alignment by flow."""

@@ -1,0 +1,229 @@
+"""PLY (Turk 1994), text and binary: vertex order kept exactly, colours, texture coordinates by vertex or by corner."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float, Int, UInt8
+
+from ...errors import BadInput
+from ...files import existing, whole
+from ...mesh import Mesh
+from ..parse_numbers import parse_floats
+from .images import write_image
+from .polygons import fan, weld
+
+_TYPES = {
+    "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4",
+    "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4", "float32": "f4",
+    "double": "f8", "float64": "f8",
+}  # fmt: skip
+_ENDS = {"binary_little_endian": "<", "binary_big_endian": ">", "ascii": ""}
+
+
+@dataclass(frozen=True)
+class _Property:
+    name: str
+    kind: str
+    """numpy type of the value, or of a list's items."""
+    count: str = ""
+    """numpy type of a list's length; "" for a plain value."""
+
+
+@dataclass
+class _Element:
+    name: str
+    size: int
+    properties: list[_Property]
+
+
+@dataclass(frozen=True)
+class _Column:
+    """One property of all rows of an element."""
+
+    items: np.ndarray
+    """One value a row, or the rows' lists one after another."""
+    counts: Int[np.ndarray, " rows"]
+    """Items a row; all ones for a plain value."""
+
+
+_Columns = dict[str, _Column]
+_NONE = _Column(np.zeros(0, np.int64), np.zeros(0, np.int64))
+
+
+def read_ply(path: str | Path) -> tuple[Mesh, Path | None]:
+    """The mesh of a PLY file in the file's unit, and where its colour picture is (`comment TextureFile`).
+
+    Raises:
+        BadInput: missing, not PLY, cut off, no vertices.
+    """
+    path = existing(path)
+    data = path.read_bytes()
+    elements, end, body, picture = _header(path, data)
+    columns = _read_text(path, elements, data[body:]) if end == "" else _read_binary(path, elements, data, body, end)
+    vertex, face = columns.get("vertex", {}), columns.get("face", {})
+    if not {"x", "y", "z"} <= set(vertex):
+        raise BadInput(f"{path}: has no vertices with x, y, z")
+    vertices = _stack(vertex, "xyz")
+    corners = face.get("vertex_indices", face.get("vertex_index", _NONE))
+    triangles = fan(corners.counts)
+    faces = corners.items.astype(np.int64)[triangles]
+    if len(faces) and (faces.min() < 0 or faces.max() >= len(vertices)):
+        raise BadInput(f"{path}: a face names vertex {faces.max()}, but there are {len(vertices)}; export it again")
+    uv, uv_faces = _uv(vertex, face, corners, triangles)
+    mesh = Mesh(vertices, faces, uv, uv_faces, _colors(vertex))
+    return mesh, path.parent / picture if picture and uv is not None and (path.parent / picture).is_file() else None
+
+
+def write_ply(path: str | Path, mesh: Mesh, texture: UInt8[np.ndarray, "h w 3"] | None = None) -> None:
+    """Write a mesh as binary PLY in its own unit (millimetres), float32, colours 8 bit; with `texture` also STEM.png.
+
+    Raises:
+        BadInput: the folder does not exist.
+    """
+    path = Path(path)
+    corner_uv = mesh.uv is not None and mesh.uv_faces is not None
+    vertex = [("x", "<f4"), ("y", "<f4"), ("z", "<f4")]
+    vertex += [("s", "<f4"), ("t", "<f4")] if mesh.uv is not None and not corner_uv else []
+    vertex += [("red", "u1"), ("green", "u1"), ("blue", "u1")] if mesh.colors is not None else []
+    rows = np.zeros(len(mesh.vertices), vertex)
+    for i, axis in enumerate("xyz"):
+        rows[axis] = mesh.vertices[:, i]
+    if mesh.uv is not None and not corner_uv:
+        rows["s"], rows["t"] = mesh.uv.T
+    if mesh.colors is not None:
+        for i, name in enumerate(("red", "green", "blue")):
+            rows[name] = np.round(np.clip(mesh.colors[:, i], 0, 1) * 255)
+    triangle = [("k", "u1"), ("v", "<i4", 3), ("l", "u1"), ("w", "<f4", 6)]
+    faces = np.zeros(len(mesh.faces), triangle if corner_uv else triangle[:2])
+    faces["k"], faces["v"] = 3, mesh.faces
+    if mesh.uv is not None and mesh.uv_faces is not None:
+        faces["l"], faces["w"] = 6, mesh.uv[mesh.uv_faces].reshape(-1, 6)
+    header = ["ply", "format binary_little_endian 1.0", "comment millimetres"]
+    if texture is not None and mesh.uv is not None:
+        write_image(path.with_suffix(".png"), texture)
+        header.append(f"comment TextureFile {path.stem}.png")
+    header.append(f"element vertex {len(rows)}")
+    header += [f"property {'uchar' if kind == 'u1' else 'float'} {name}" for name, kind in vertex]
+    header += [f"element face {len(faces)}", "property list uchar int vertex_indices"]
+    header += ["property list uchar float texcoord"] if corner_uv else []
+    with whole(path) as temporary, temporary.open("wb") as file:
+        file.write("\n".join([*header, "end_header", ""]).encode() + rows.tobytes() + faces.tobytes())
+
+
+def _header(path: Path, data: bytes) -> tuple[list[_Element], str, int, str]:
+    """Elements, byte order ("" for text), where the body starts, the picture's name."""
+    stop = data.find(b"end_header")
+    if not data.startswith(b"ply") or stop < 0:
+        raise BadInput(f"{path}: is not a PLY file, or cut off in its header; export it again")
+    body = data.index(b"\n", stop) + 1 if b"\n" in data[stop:] else len(data)
+    elements, end, picture = [], "", ""
+    for line in data[:stop].decode("latin-1").splitlines():
+        words = line.split()
+        try:
+            if words[:1] == ["format"]:
+                end = _ENDS[words[1]]
+            elif words[:1] == ["element"]:
+                elements.append(_Element(words[1], int(words[2]), []))
+            elif words[:2] == ["property", "list"]:
+                elements[-1].properties.append(_Property(words[4], _TYPES[words[3]], _TYPES[words[2]]))
+            elif words[:1] == ["property"]:
+                elements[-1].properties.append(_Property(words[2], _TYPES[words[1]]))
+            elif words[:2] == ["comment", "TextureFile"]:
+                picture = line.split(None, 2)[2].strip()
+        except (LookupError, ValueError) as error:
+            raise BadInput(f"{path}: has a header line that is no PLY: {line.strip()!r}") from error
+    return elements, end, body, picture
+
+
+def _read_text(path: Path, elements: list[_Element], body: bytes) -> dict[str, _Columns]:
+    """Text is read as if it were binary with every number a double."""
+    values = parse_floats(body)
+    if values is None:
+        raise BadInput(f"{path}: is damaged: its body does not hold numbers alone; export it again")
+    doubles = []
+    for element in elements:
+        properties = [_Property(p.name, "f8", "f8" if p.count else "") for p in element.properties]
+        doubles.append(_Element(element.name, element.size, properties))
+    return _read_binary(path, doubles, values.astype("<f8").tobytes(), 0, "<")
+
+
+def _read_binary(path: Path, elements: list[_Element], data: bytes, at: int, end: str) -> dict[str, _Columns]:
+    columns = {}
+    for element in elements:
+        try:
+            same = _rows_alike(element, data, at, end)
+            columns[element.name], at = same or _rows_of_any_length(element, data, at, end)
+        except ValueError as error:
+            have = f"fewer than the {element.size} rows of {element.name} that it promises"
+            raise BadInput(f"{path}: is cut off: it has {have}; copy or export it again") from error
+    return columns
+
+
+def _rows_alike(element: _Element, data: bytes, at: int, end: str) -> tuple[_Columns, int] | None:
+    """All rows at once, if every list has as many items as in the first row; else None."""
+    fields, counts, place = [], {}, at
+    for i, p in enumerate(element.properties):
+        kind = np.dtype(end + p.kind)
+        if p.count:
+            count = np.dtype(end + p.count)
+            counts[i] = int(np.frombuffer(data, count, 1, place)[0]) if element.size else 0
+            fields += [(f"n{i}", count), (f"p{i}", kind, (counts[i],))]
+            place += count.itemsize + counts[i] * kind.itemsize
+        else:
+            fields.append((f"p{i}", kind))
+            place += kind.itemsize
+    row = np.dtype(fields)
+    if counts and at + element.size * row.itemsize > len(data):
+        return None
+    table = np.frombuffer(data, row, element.size, at) if element.size else np.zeros(0, row)
+    if any((table[f"n{i}"] != n).any() for i, n in counts.items()):
+        return None
+    out = {}
+    for i, p in enumerate(element.properties):
+        out[p.name] = _Column(table[f"p{i}"].reshape(-1), np.full(element.size, counts.get(i, 1)))
+    return out, at + element.size * row.itemsize
+
+
+def _rows_of_any_length(element: _Element, data: bytes, at: int, end: str) -> tuple[_Columns, int]:
+    kinds = [(np.dtype(end + p.count) if p.count else None, np.dtype(end + p.kind)) for p in element.properties]
+    counts = [[] for _ in kinds]
+    items = [[] for _ in kinds]
+    for _ in range(element.size):
+        for i, (count, kind) in enumerate(kinds):
+            n = 1
+            if count is not None:
+                n = int(np.frombuffer(data, count, 1, at)[0])
+                at += count.itemsize
+            counts[i].append(n)
+            items[i].append(np.frombuffer(data, kind, n, at))
+            at += n * kind.itemsize
+    columns = zip(element.properties, items, counts, strict=True)
+    return {p.name: _Column(np.concatenate(flat), np.array(n, np.int64)) for p, flat, n in columns}, at
+
+
+def _stack(columns: _Columns, names: Iterable[str]) -> Float[np.ndarray, "rows columns"]:
+    return np.stack([columns[name].items.astype(np.float64) for name in names], axis=1)
+
+
+def _colors(vertex: _Columns) -> Float[np.ndarray, "n 3"] | None:
+    for names in (("red", "green", "blue"), ("r", "g", "b"), ("diffuse_red", "diffuse_green", "diffuse_blue")):
+        if set(names) <= set(vertex):
+            whole_numbers = vertex[names[0]].items.dtype.kind == "u" or _stack(vertex, names).max(initial=0) > 1
+            return _stack(vertex, names) / (255.0 if whole_numbers else 1.0)
+    return None
+
+
+def _uv(
+    vertex: _Columns, face: _Columns, corners: _Column, triangles: Int[np.ndarray, "m 3"]
+) -> tuple[Float[np.ndarray, "u 2"] | None, Int[np.ndarray, "m 3"] | None]:
+    texcoord = face.get("texcoord", _NONE)
+    if len(triangles) and np.array_equal(texcoord.counts, 2 * corners.counts):
+        uv = texcoord.items.astype(np.float64).reshape(-1, 2)
+        place = weld(uv)
+        return uv[np.unique(place, return_index=True)[1]], place[triangles]
+    for names in (("s", "t"), ("u", "v"), ("texture_u", "texture_v")):
+        if set(names) <= set(vertex):
+            return _stack(vertex, names), None
+    return None, None

@@ -1,0 +1,1 @@
+"""Landmarks: the detector and its model file, on pictures, scans and rigs."""

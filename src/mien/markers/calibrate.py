@@ -1,0 +1,203 @@
+"""Markers meet the face: from unnamed points to a person, an attachment and a figure for how sure that is."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from ..errors import BadInput
+from ..faces.bundled import BundledFace
+from ..fitting.marker_identity import IdentityConfig, IdentityFit, fit_identity, on_closest, surface_points
+from ..mesh import Attachment, ClosestPoint, Mesh, submesh, vertex_normals
+from ..progress import SILENT, Progress
+from ..register import procrustes
+from ..register.align import AlignConfig, align
+from ..rig import Rig
+from ..takes.frame_solve import FrameSolve, SolveConfig, solve_frames
+from ..takes.marker_model import marker_model
+from ..takes.stabilise import calm_frames, mean_cloud
+from ..transforms import Transform
+from .refine_attachment import SlideConfig, slide
+
+
+@dataclass(frozen=True)
+class AttachConfig:
+    """How the markers are laid on the face."""
+
+    align: AlignConfig = AlignConfig()
+    identity: IdentityConfig = IdentityConfig()
+    slide: SlideConfig = SlideConfig()
+    trial: SolveConfig = field(default_factory=lambda: SolveConfig(rounds=2, smoothness=0.0, outlier=np.inf))
+    """The short solve by which alignments are told apart."""
+    rest_doubt: float = 0.7
+    """The frame most dwelt at is at rest unless another leaves less than this share of the cost; 0: no doubt."""
+    trial_frames: int = 120
+    """Frames of the take that each alignment must explain."""
+    trial_rounds: int = 6
+    """... and rounds that its identity fit gets."""
+    rounds: int = 2
+    """Rounds of: attachments from the motion, identity from the attachments."""
+
+
+@dataclass(frozen=True)
+class Attached:
+    """Markers on a person."""
+
+    rig: Rig
+    """The person, with expression shapes."""
+    attachment: Attachment
+    """On the rig's neutral mesh."""
+    standoff: Float[np.ndarray, " markers"]
+    """Distance of each marker's centre from the skin, mm."""
+    T_face_head: Transform
+    """Rigid: the take's head frame -> face space."""
+    rest: Float[np.ndarray, "markers 3"]
+    """The calm frame's markers in face space, mm: where they are when all weights are 0."""
+    calm: int
+    """The frame taken as resting."""
+    sureness: float
+    """0..1: 1 - (residual of this alignment / residual of the best different one); 0 is a coin's toss."""
+    runner_up_mm: float
+    """Residual of that other alignment, mm; inf where none was found."""
+    residual_mm: float
+    """rms residual of this one on the trial frames, mm."""
+
+
+def attach(
+    positions: Float[np.ndarray, "frames markers 3"],
+    face: BundledFace,
+    metric: Float[np.ndarray, "3 3"] | None = None,
+    config: AttachConfig = AttachConfig(),
+    progress: Progress = SILENT,
+) -> Attached:
+    """Lay a stabilised take (head frame, mm, NaN = gap) on the bundled face with no hint of names or places.
+
+    Geometry proposes, motion decides: alignments of the calm frame with the face's surface are ranked by how well
+    the person's shapes then explain the take. The best one is refined by sliding markers to where the surface moves
+    as they do.
+
+    Raises:
+        BadInput: no alignment brings the markers near a face.
+    """
+    region = np.flatnonzero((face.regions["face"] > 0.5)[face.rig.neutral.faces].all(axis=1))
+    cloud = mean_cloud(positions, calm_frames(positions)[0])
+    surface = ClosestPoint(submesh(_lifted(face.rig.neutral, config.identity.standoff_mm), region)[0])
+    candidates = align(cloud, surface, config.align)
+    if not candidates:
+        raise BadInput("no alignment brings the markers near a face")
+    frames = np.linspace(0, len(positions) - 1, min(config.trial_frames, len(positions))).astype(int)
+    brief = replace(config.identity, rounds=config.trial_rounds)
+    trials = []
+    for number, candidate in enumerate(candidates):
+        trials.append(_try(positions[frames], cloud, face, region, candidate.T_face_head, metric, config, brief))
+        progress.update("trying alignments", number + 1, len(candidates))
+    trials.sort(key=lambda trial: trial[0])
+    cost, other = trials[0][0], _runner_up(trials, cloud, config.align.distinct_mm)
+    best = trials[0]
+    calm = resting_frame(positions, calm_frames(positions), frames, face, best[1], metric, config)
+    cloud = mean_cloud(positions, calm)
+    best = _try(positions[frames], cloud, face, region, best[1].T_face_head, metric, config, config.identity)
+    fit, solved = _refine(positions[frames], cloud, face, region, best, metric, config, progress)
+    standoff = np.full(positions.shape[1], fit.standoff_mm)
+    sureness = 1.0 if np.isinf(other) else 1 - cost / other
+    residual = float(np.sqrt(np.nanmean(solved.residuals**2)))
+    return Attached(
+        rig=face.person(fit.coefficients),
+        attachment=fit.attachment,
+        standoff=standoff,
+        T_face_head=fit.T_face_head,
+        rest=fit.T_face_head.apply(cloud),
+        calm=calm,
+        sureness=float(sureness),
+        runner_up_mm=other,
+        residual_mm=residual,
+    )
+
+
+def attach_by_hand(
+    positions: Float[np.ndarray, "frames markers 3"],
+    face: BundledFace,
+    attachment: Attachment,
+    metric: Float[np.ndarray, "3 3"] | None = None,
+    config: AttachConfig = AttachConfig(),
+) -> Attached:
+    """As `attach`, the places given: only person, pose and stand-off are found."""
+    calm = calm_frames(positions)[0]
+    cloud = mean_cloud(positions, calm)
+    start = procrustes(cloud, surface_points(face.rig.neutral, attachment, config.identity.standoff_mm)).transform
+    held = replace(config.identity, slide_mm=(2.0, 2.0))
+    fit = fit_identity(cloud, face, attachment.faces, start, attachment, config=held)
+    frames = np.linspace(0, len(positions) - 1, min(config.trial_frames, len(positions))).astype(int)
+    solved = _solve(positions[frames], cloud, face.person(fit.coefficients), fit, metric, config.trial)
+    return Attached(
+        rig=face.person(fit.coefficients),
+        attachment=attachment,
+        standoff=np.full(positions.shape[1], fit.standoff_mm),
+        T_face_head=fit.T_face_head,
+        rest=fit.T_face_head.apply(cloud),
+        calm=calm,
+        sureness=1.0,
+        runner_up_mm=np.inf,
+        residual_mm=float(np.sqrt(np.nanmean(solved.residuals**2))),
+    )
+
+
+def _try(
+    positions, cloud, face, region, T_face_head, metric, config, identity
+) -> tuple[float, IdentityFit, FrameSolve]:
+    """Fit the person under one alignment and see how much of the take the shapes explain.
+
+    The cost is the rms of what is left, of the calm frame's shape and of the motion together, mm.
+    """
+    fit = fit_identity(cloud, face, region, T_face_head, config=identity)
+    solved = _solve(positions, cloud, face.rig, fit, metric, config.trial)
+    squared = np.nanmean(solved.residuals**2) + np.mean(fit.residuals**2)
+    return float(np.sqrt(squared)), fit, solved
+
+
+def resting_frame(positions, calm: list[int], frames, face: BundledFace, fit: IdentityFit, metric, config) -> int:
+    """The first of `calm`, unless shapes that only ever add explain the take much better from another one."""
+    rig = face.person(fit.coefficients)
+    costs = []
+    for frame in calm:
+        solved = _solve(positions[frames], mean_cloud(positions, frame), rig, fit, metric, config.trial)
+        spent = 2 * config.trial.sparsity * solved.weights.sum(axis=1).mean()
+        costs.append(np.nanmean(np.nansum(solved.residuals**2, axis=1)) + spent)
+    best = int(np.argmin(costs))
+    return calm[best] if costs[best] < config.rest_doubt * costs[0] else calm[0]
+
+
+def _runner_up(trials: list, cloud: np.ndarray, distinct_mm: float) -> float:
+    """Residual of the best trial that lays the markers elsewhere than the first does, mm."""
+    places = [fit.T_face_head.apply(cloud) for _, fit, _ in trials]
+    apart = [np.linalg.norm(place - places[0], axis=1).mean() for place in places]
+    return min((cost for (cost, _, _), far in zip(trials, apart, strict=True) if far > distinct_mm), default=np.inf)
+
+
+def _refine(positions, cloud, face, region, trial, metric, config, progress) -> tuple[IdentityFit, FrameSolve]:
+    """Slide the markers to where the skin moves as they do, then refit the person to the new places."""
+    _, fit, solved = trial
+    for number in range(config.rounds):
+        rig = face.person(fit.coefficients)
+        targets = solved.T_world_face.inverse().apply(positions)
+        held = slide(rig, fit, region, solved.weights, targets, solved.used, fit.T_face_head.apply(cloud), config.slide)
+        firm = replace(config.identity, slide_mm=(2.0, 2.0), rounds=4)
+        fit = fit_identity(cloud, face, region, fit.T_face_head, held, fit.coefficients, config=firm)
+        solved = _solve(positions, cloud, face.person(fit.coefficients), fit, metric, config.trial)
+        progress.update("placing the markers", number + 1, config.rounds)
+    fit = on_closest(fit, cloud, region)
+    return fit, _solve(positions, cloud, face.person(fit.coefficients), fit, metric, config.trial)
+
+
+def _solve(positions, cloud, rig, fit, metric, config) -> FrameSolve:
+    """Solve the trial frames with the calm frame's own markers at rest: what identity misses is no expression."""
+    model = marker_model(rig, fit.attachment, np.full(positions.shape[1], fit.standoff_mm))
+    model = replace(model, rest=fit.T_face_head.apply(cloud))
+    back = fit.T_face_head.inverse()
+    t = len(positions)
+    T = Transform(np.repeat(back.rotation[None], t, axis=0), np.repeat(back.translation[None], t, axis=0))
+    return solve_frames(model, positions, T, 30.0, metric, config)
+
+
+def _lifted(mesh: Mesh, distance: float) -> Mesh:
+    return mesh.with_vertices(mesh.vertices + distance * vertex_normals(mesh.vertices, mesh.faces))

@@ -1,0 +1,35 @@
+"""What the marker commands need from files: a face to solve on, and markers placed by hand."""
+
+from pathlib import Path
+
+import numpy as np
+
+from ..clip import Markers
+from ..faces import BundledFace, IdentitySpace, load_face
+from ..io.rigs import read_any_rig
+from ..mesh import Attachment
+from ..rig import Rig
+from .attachment_file import read_attachment
+
+
+def face_for(rig: Path | None) -> BundledFace:
+    """The bundled face, or a rig from a file treated as one: no identity space, every vertex of it skin."""
+    if rig is None:
+        return load_face()
+    return face_of(read_any_rig(rig))
+
+
+def face_of(rig: Rig) -> BundledFace:
+    """A rig of one person as a face to solve on. With the bundled topology it keeps the bundled regions."""
+    bundled = load_face()
+    n = len(rig.neutral.vertices)
+    nobody = IdentitySpace(np.zeros((0, n, 3)))
+    if np.array_equal(rig.neutral.faces, bundled.rig.neutral.faces):
+        return BundledFace(rig, nobody, bundled.mirror, bundled.parts, bundled.regions, {})
+    everything = np.arange(n)
+    return BundledFace(rig, nobody, everything, {"skin": everything}, {"face": np.ones(n)}, {})
+
+
+def placed(path: Path | None, markers: Markers, face: BundledFace) -> Attachment | None:
+    """The attachment of `--attach`, or None."""
+    return None if path is None else read_attachment(path, markers.labels, len(face.rig.neutral.faces))

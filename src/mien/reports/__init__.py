@@ -1,0 +1,1 @@
+"""What each system shows of its results: one page a system."""

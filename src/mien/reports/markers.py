@@ -1,0 +1,136 @@
+"""What a marker solve found, in pictures and figures."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Float, UInt8
+from PIL import Image, ImageDraw
+
+from ..clip import Markers
+from ..markers.pipeline import TakeSolve
+from ..pictures import Renderer, bar_chart, contact_sheet, frontal_camera, label, line_chart
+from ..pictures.show import rig_look
+from ..pictures.view import View
+from ..progress import SILENT, Progress
+from ..rig import Performance
+from .page import Report
+
+PREVIEW_FRAMES = 8
+
+
+def telling_frames(performance: Performance, count: int = PREVIEW_FRAMES) -> list[int]:
+    """Frames that show the take, in order: the weakest expression, then ever the one most unlike those taken."""
+    usable = np.flatnonzero(performance.tracked)
+    if len(usable) == 0:
+        usable = np.arange(len(performance))
+    usable = usable[np.linspace(0, len(usable) - 1, min(len(usable), 2000)).astype(int)]
+    moved = np.linalg.norm(performance.rig.deltas, axis=2).mean(axis=1)
+    W = performance.weights[usable] * moved
+    chosen = [int(np.argmin(np.abs(W).sum(axis=1)))]
+    distance = np.full(len(usable), np.inf)
+    while len(chosen) < min(count, len(usable)):
+        distance = np.minimum(distance, np.linalg.norm(W - W[chosen[-1]], axis=1))
+        chosen.append(int(np.argmax(distance)))
+    return sorted(int(usable[i]) for i in chosen)
+
+
+def preview(
+    solved: TakeSolve, markers: Markers, size: int = 420, progress: Progress = SILENT
+) -> UInt8[np.ndarray, "h w 3"]:
+    """A contact sheet of telling frames, the recorded markers drawn on the face."""
+    performance = solved.performance
+    frames = telling_frames(performance)
+    view = frontal_camera(performance.rig.neutral, (size, round(size * 1.25)), yaw=0.3)
+    renderer = Renderer(performance.rig.neutral, rig_look(performance.rig.neutral), performance.rig.texture)
+    images = []
+    for number, frame in enumerate(frames):
+        vertices = performance.rig.vertices(performance.weights[frame])
+        image = renderer.draw(view.camera, view.T_camera_face, vertices=vertices)
+        seen = solved.T_lab_face[frame].inverse().apply(markers.positions[frame])
+        image = with_dots(image, view, seen[np.isfinite(seen).all(axis=1)])
+        images.append(label(image, f"{frame / markers.rate:.2f} s"))
+        progress.update("drawing", number + 1, len(frames))
+    return contact_sheet(images, columns=4)
+
+
+def with_dots(
+    image: UInt8[np.ndarray, "h w 3"], view: View, points: Float[np.ndarray, "p 3"]
+) -> UInt8[np.ndarray, "h w 3"]:
+    """The picture with points (face space, mm) drawn over it as small bright dots."""
+    picture = Image.fromarray(image)
+    draw = ImageDraw.Draw(picture)
+    radius = max(1.5, image.shape[0] / 240)
+    for u, v in view.camera.project(view.T_camera_face.apply(points)):
+        draw.ellipse((u - radius, v - radius, u + radius, v + radius), fill=(250, 250, 245), outline=(40, 90, 150))
+    return np.asarray(picture)
+
+
+def take_report(
+    name: str, solved: TakeSolve, markers: Markers, picture: UInt8[np.ndarray, "h w 3"], notes: Sequence[str] = ()
+) -> Report:
+    """The report of `mien solve`: picture, sureness, residuals by marker and over time, the weights that moved."""
+    performance, residuals = solved.performance, solved.residuals
+    report = Report(f"{name}: markers to an animated face", _lead(solved, markers))
+    report.figure(picture, "Frames that differ most. Dots are the recorded markers, seen in the head's frame.")
+    report.heading("How good it is").table(_figures(solved, markers), ("", ""))
+    for note in [*notes, *_doubts(solved)]:
+        report.text(note)
+    report.heading("Residual of every marker")
+    means = {n: float(m) for n, m in zip(markers.labels, _nanmean(residuals, 0), strict=True) if np.isfinite(m)}
+    report.chart(bar_chart(means, x_label="mean distance from marker to model, mm"))
+    times = np.arange(len(performance)) / performance.rate
+    every = max(1, len(times) // 1500)
+    series = {"mean over markers": (times[::every], _nanmean(residuals, 1)[::every])}
+    report.chart(line_chart(series, "seconds", "mm"), "Residual over time.")
+    report.heading("Weights")
+    ranked = np.argsort(-performance.weights.std(axis=0))[:6]
+    lines = {performance.rig.names[k]: (times[::every], performance.weights[::every, k]) for k in ranked}
+    report.chart(line_chart(lines, "seconds", "weight"), "The six shapes that move most.")
+    columns = zip(performance.rig.names, performance.weights.T, strict=True)
+    return report.table([(name, f"{w.mean():.3f}", f"{w.max():.2f}") for name, w in columns], ("shape", "mean", "most"))
+
+
+def _lead(solved: TakeSolve, markers: Markers) -> str:
+    frames = len(markers.positions)
+    return (
+        f"{frames} frames at {markers.rate:g} a second, {len(markers.labels)} markers; "
+        f"mean residual {np.nanmean(solved.residuals):.2f} mm."
+    )
+
+
+def _figures(solved: TakeSolve, markers: Markers) -> list[tuple[str, str]]:
+    attached, residuals = solved.attached, solved.residuals
+    seen = markers.seen
+    runner_up = "none found" if np.isinf(attached.runner_up_mm) else f"{attached.runner_up_mm:.2f} mm"
+    return [
+        ("mean residual", f"{np.nanmean(residuals):.3f} mm"),
+        ("95th percentile", f"{np.nanpercentile(residuals, 95):.3f} mm"),
+        ("sureness of the alignment (0 to 1)", f"{attached.sureness:.2f}"),
+        ("residual of the best other alignment", runner_up),
+        ("calm frame", f"{attached.calm}"),
+        ("markers' distance from the skin", f"{attached.standoff.mean():.1f} mm"),
+        ("samples seen", f"{100 * seen.mean():.1f} %"),
+        ("samples left out as outliers", f"{int((seen & ~solved.used & solved.performance.tracked[:, None]).sum())}"),
+        ("frames tracked", f"{int(solved.performance.tracked.sum())} of {len(seen)}"),
+    ]
+
+
+def _doubts(solved: TakeSolve) -> list[str]:
+    doubts = []
+    if not solved.depth_known:
+        doubts.append(
+            "Depth is no measurement in this take: each marker's depth follows from its place in the image, as a "
+            "single camera's does. It counted for a hundredth of the other directions; protrusion (pucker, jaw "
+            "forward) and nods are therefore guesses."
+        )
+    if solved.attached.sureness < 0.15:
+        doubts.append(
+            "Another alignment of the markers explains the take almost as well. Look at the dots in the picture; "
+            "--attach places the markers by hand."
+        )
+    return doubts
+
+
+def _nanmean(values: np.ndarray, axis: int) -> np.ndarray:
+    known = np.isfinite(values)
+    return np.where(known.any(axis=axis), np.nansum(values, axis=axis) / np.maximum(known.sum(axis=axis), 1), np.nan)

@@ -1,0 +1,1 @@
+"""What is performed on the stage."""

@@ -1,0 +1,1 @@
+"""What records the stage, with the faults of the real devices."""
