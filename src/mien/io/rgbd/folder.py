@@ -11,7 +11,8 @@ from PIL import Image
 from ...camera import Camera
 from ...depth import RGBDFrame
 from ...errors import BadInput
-from . import RgbdTake, assumed_camera, read_intrinsics
+from .intrinsics import assumed_camera, read_intrinsics
+from .take import RgbdTake
 
 PICTURES = (".png", ".jpg", ".jpeg")
 DEPTH_SCALE = 1000.0

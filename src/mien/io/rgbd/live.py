@@ -6,7 +6,7 @@ from typing import Protocol, runtime_checkable
 
 from ...camera import Camera
 from ...depth import RGBDFrame
-from . import RgbdTake
+from .take import RgbdTake
 
 
 @runtime_checkable

@@ -15,7 +15,7 @@ from ...camera import Camera
 from ...depth import RGBDFrame
 from ...errors import BadInput
 from ...transforms import Transform
-from . import RgbdTake
+from .take import RgbdTake
 
 DEPTH_UNIT = 0.001
 """Metres in one unit of depth where the recording does not say."""

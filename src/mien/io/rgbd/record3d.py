@@ -12,7 +12,7 @@ from PIL import Image
 from ...camera import Camera
 from ...depth import RGBDFrame
 from ...errors import BadInput
-from . import RgbdTake
+from .take import RgbdTake
 
 LONGEST = 640
 """Colour and depth are brought to one size, at most so many pixels a side: more than the depth sensors resolve."""

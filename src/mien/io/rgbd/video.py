@@ -8,7 +8,8 @@ import numpy as np
 
 from ...depth import RGBDFrame
 from ...errors import BadInput
-from . import RgbdTake, assumed_camera
+from .intrinsics import assumed_camera
+from .take import RgbdTake
 
 RATE = 30.0
 

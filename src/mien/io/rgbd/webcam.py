@@ -12,8 +12,9 @@ import numpy as np
 from ...camera import Camera
 from ...depth import RGBDFrame
 from ...errors import BadInput
-from . import RgbdTake, assumed_camera
+from .intrinsics import assumed_camera
 from .live import live_frames
+from .take import RgbdTake
 
 DRIVERS = {"linux": ("v4l2", "/dev/video0"), "darwin": ("avfoundation", "0"), "win32": ("dshow", "video=0")}
 """FFmpeg's camera driver and first device by platform."""
