@@ -3,7 +3,10 @@
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from ..clip import visible
 from ..errors import BadInput
@@ -25,6 +28,21 @@ FACE_SPAN_MM = (45.0, 400.0)
 
 TYPICAL_SPAN_MM = 140.0
 """Box diagonal of the markers on an adult's brows, nose, cheeks and mouth: what `guess_unit` scales to."""
+
+NEIGHBOUR_MM = 80.0
+"""Neighbouring markers of one face lie nearer than this: seven on a face stand about 60 mm apart, a hundred 12."""
+
+FEWEST_TOGETHER = 6
+"""Markers in a cluster that may be a face."""
+
+FAR_SMALLER = 4.0
+"""A cluster so many times smaller than the whole cloud is a part of its own: a body is eight faces high."""
+
+LINK = 3.0
+"""Longest link of a cluster, in middle distances of nearest neighbours."""
+
+MOST_CLUSTERED = 2000
+"""Points beyond which no clusters are looked for: no capture has as many, and pairs grow with the square."""
 
 
 def parse_unit(unit: str) -> float:
@@ -82,43 +100,79 @@ def guess_unit(positions: Float[np.ndarray, "frames markers 3"]) -> float:
     return TYPICAL_SPAN_MM / cloud_span(positions)
 
 
-def check_span(path: Path, span: float, mm: float, source: str) -> None:
-    """Refuse a unit, told or written in the file, that makes no face of a cloud of size `span` (in file units).
+def check_span(path: Path, positions: Float[np.ndarray, "frames markers 3"], mm: float, source: str) -> list[str]:
+    """Refuse a unit, told or written in the file, that makes no face of a cloud (in file units); lines to tell.
 
-    `source` says who named the unit.
+    A body, a prop or a second actor may stand beside the face: a cloud that is too large passes where some six markers
+    lie together as a face's do. `source` says who named the unit.
 
     Raises:
         BadInput: with the unit that would make it a face.
     """
+    span = cloud_span(positions)
     low, high = FACE_SPAN_MM
     if low <= span * mm <= high:
-        return
+        return []
+    together = len(largest_cluster(positions, NEIGHBOUR_MM / mm)) if span * mm > high else 0
+    if together >= FEWEST_TOGETHER:
+        return [
+            f"{path}: the markers span {_length(span * mm)} ({source}), more than a face; is a body or a prop in it?"
+        ]
     fits = fitting_units(span)
     better = fits[0] if fits else f"{TYPICAL_SPAN_MM / span:.4g}"
     why = "would make it a face" if fits else "(mm per unit, a guess from its size) would make it a face"
     raise BadInput(
         f"{path}: the markers span {_length(span * mm)} with {mm:g} mm a unit ({source}), but a face spans 60-260 mm; "
-        f"--units {better} {why}"
+        f"are they a face's? if so, --units {better} {why}"
     )
 
 
 def settle_unit(path: Path, positions: Float[np.ndarray, "frames markers 3"]) -> tuple[float, str, str]:
     """The unit of a file that names none: (mm per unit, "assumed" or "guessed", a line that says so).
 
-    The first of mm, cm, m, in that makes the cloud a face; where none does (a 3D program's own units), `guess_unit`.
+    The first of mm, cm, m, in that makes the cloud a face, or else its largest cluster where that is far smaller (a
+    body, a prop beside the face); where none does (a 3D program's own units), `guess_unit`.
     """
     span = cloud_span(positions)
-    fits = fitting_units(span)
-    if fits:
-        name = fits[0]
-        note = f"{path}: no unit named; read as {name}, in which the markers span {span * UNITS[name]:.0f} mm"
-        return UNITS[name], "assumed", note
+    spans = [span]
+    core = largest_cluster(positions)
+    if len(core) >= FEWEST_TOGETHER:
+        core_span = cloud_span(positions[:, core])
+        spans += [core_span] if core_span * FAR_SMALLER < span else []
+    for size in spans:
+        for name in fitting_units(size):
+            part = "the markers span" if size == span else f"a cluster of {len(core)} markers spans"
+            note = f"{path}: no unit named; read as {name}, in which {part} {size * UNITS[name]:.0f} mm"
+            return UNITS[name], "assumed", note
     mm = guess_unit(positions)
     note = (
         f"{path}: no unit named and none makes a face of a span of {span:.4g}; scaled by {mm:.4g} to a typical "
         f"{TYPICAL_SPAN_MM:.0f} mm, so absolute size is a guess (--units NUMBER gives the millimetres in one unit)"
     )
     return mm, "guessed", note
+
+
+def largest_cluster(
+    positions: Float[np.ndarray, "frames markers 3"], radius: float | None = None
+) -> Int[np.ndarray, " members"]:
+    """The markers of the largest group that neighbours chain together, in the frame that sees the most markers.
+
+    `radius` is the longest link, in the positions' unit; by default `LINK` times the middle distance of nearest
+    neighbours.
+    """
+    seen = visible(positions)
+    count = seen.sum(axis=1)
+    if len(count) == 0 or not 2 <= count.max() <= MOST_CLUSTERED:
+        return np.zeros(0, np.int64)
+    frame = int(np.argmax(count))
+    there = np.flatnonzero(seen[frame])
+    tree = cKDTree(positions[frame, there])
+    if radius is None:
+        radius = LINK * float(np.median(tree.query(tree.data, k=2)[0][:, 1]))
+    links = tree.query_pairs(radius, output_type="ndarray")
+    graph = coo_array((np.ones(len(links)), (links[:, 0], links[:, 1])), shape=(len(there), len(there)))
+    _, group = connected_components(graph, directed=False)
+    return there[group == np.argmax(np.bincount(group))]
 
 
 def _length(mm: float) -> str:

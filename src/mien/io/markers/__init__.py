@@ -6,7 +6,8 @@ from pathlib import Path
 from ...clip import Markers
 from ...errors import BadInput
 from ...files import existing
-from .c3d import read_c3d, write_c3d
+from .c3d import read_c3d
+from .c3d_write import write_c3d
 from .marker_file import MarkerFile, RawTake, finish
 from .tables import read_csv, read_trc
 
@@ -19,33 +20,41 @@ READERS: dict[str, Callable[[Path], RawTake]] = {
 }
 
 
-def read_markers(path: str | Path, unit: str | None = None, rate: float | None = None) -> Markers:
+def read_markers(
+    path: str | Path, unit: str | None = None, rate: float | None = None, only: str | None = None
+) -> Markers:
     """A marker take in millimetres; the `markers` of `read_marker_file`, which also tells what was assumed."""
-    return read_marker_file(path, unit, rate).markers
+    return read_marker_file(path, unit, rate, only).markers
 
 
-def read_marker_file(path: str | Path, unit: str | None = None, rate: float | None = None) -> MarkerFile:
+def read_marker_file(
+    path: str | Path, unit: str | None = None, rate: float | None = None, only: str | None = None
+) -> MarkerFile:
     """Read `.c3d`, `.trc`, `.csv`, `.tsv` or `.txt` and turn it into millimetres.
 
-    Frames count from 0 at the first stored frame. A position that is not finite or exactly (0, 0, 0) is a gap. Axes are
-    the file's own, turned to +Y up only where the file names its up axis (C3D's POINT:Y_SCREEN; see `up_source`).
+    Frames count from 0 at the first stored frame. A position that is not finite or exactly (0, 0, 0) is a gap. Labels
+    that are never seen stay, all gaps. Unlabelled trajectories are left out; where fewer than six are labelled, those
+    that last through half of the take are used, named by number. A label that comes twice is numbered. `subject:` is
+    dropped where names stay different. Axes are the file's own, turned to +Y up only where the file names its up axis
+    (C3D's POINT:Y_SCREEN; see `up_source`).
 
     Args:
         path: the take.
         unit: "mm", "cm", "m", "in" or millimetres in one unit as a number; overrides the file's. Where nobody says: the
             first of these that makes a face of the marker cloud, else the scale of a typical face (see `unit_source`).
         rate: frames a second; overrides the file's. Where nobody says: 30.
+        only: read the markers that match this pattern alone, `Actor:*` or `face*,nose`, with or without their subject.
 
     Raises:
         BadInput: no such file, unknown suffix, not of that format, cut off, no points, fewer than six markers,
-            duplicate labels, no marker ever seen, a stated unit under which the markers are no face.
+            no marker ever seen, a stated unit under which no markers are a face, nothing that matches `only`.
     """
     path = existing(path)
     reader = READERS.get(path.suffix.lower())
     if reader is None:
         kind = path.suffix or "a file without suffix"
         raise BadInput(f"{path}: cannot read {kind} as a marker take; give one of {' '.join(READERS)}")
-    return finish(path, reader(path), unit, rate)
+    return finish(path, reader(path), unit, rate, only)
 
 
 __all__ = ["MarkerFile", "read_marker_file", "read_markers", "write_c3d"]

@@ -1,8 +1,6 @@
 """What a marker file holds before its unit is settled, and the checks that make a `Markers` of it."""
 
-import re
-from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +9,12 @@ from jaxtyping import Float
 from ...clip import Markers, visible
 from ...errors import BadInput
 from ..units import check_span, cloud_span, parse_unit, settle_unit
+from .marker_labels import FEWEST_MARKERS, choose_labelled, matching, number_repeated, without_subject
 
-FEWEST_MARKERS = 6
+DEFAULT_RATE = 30.0
+"""Frames a second of a file that does not say: what most cameras do."""
+FARTHEST = 1e9
+"""Coordinates beyond (in the file's unit; a thousand kilometres of millimetres) are damage, and gaps."""
 
 
 @dataclass(frozen=True)
@@ -22,6 +24,7 @@ class RawTake:
     positions: Float[np.ndarray, "frames markers 3"]
     """In the file's unit and the lab's axes (+Y up where `up_source` is "file"); NaN for gaps."""
     labels: tuple[str, ...]
+    """As in the file: with subjects, "" or "*12" for unlabelled ones, some perhaps twice."""
     rate: float | None
     """Frames a second; None where the file does not say."""
     mm: float | None
@@ -47,38 +50,51 @@ class MarkerFile:
     """One line each, for whoever runs the job: what was assumed, guessed or left out."""
 
 
-def finish(path: Path, raw: RawTake, unit: str | None, rate: float | None, default_rate: float = 30.0) -> MarkerFile:
-    """Check a raw take, settle its unit and rate, and turn it into millimetres.
+def finish(path: Path, raw: RawTake, unit: str | None, rate: float | None, only: str | None = None) -> MarkerFile:
+    """Choose the markers, settle their names, unit and rate, and turn a raw take into millimetres.
 
     Raises:
-        BadInput: no points, fewer than six markers, duplicate labels, nothing seen, a rate or unit that cannot be.
+        BadInput: no points, fewer than six markers, nothing seen, a rate or unit that cannot be, no match for `only`.
     """
-    positions = gaps_to_nan(raw.positions)
-    never = check_markers(path, positions, raw.labels)
-    warnings = [*raw.warnings, *([f"{path}: never seen: {', '.join(never)}"] if never else [])]
-    if unit is not None:
-        mm, source = parse_unit(unit), "argument"
-        check_span(path, cloud_span(positions), mm, f"--units {unit}")
-    elif raw.mm is not None:
-        mm, source = raw.mm, "file"
-        check_span(path, cloud_span(positions), mm, "as the file says")
-    else:
-        mm, source, note = settle_unit(path, positions)
-        warnings.append(note)
-    if rate is None:
-        rate = raw.rate
-    if rate is None:
-        rate = default_rate
-        warnings.append(f"{path}: no frame rate in the file; {rate:g} frames/s assumed")
-    if not 0 < rate < np.inf:
-        raise BadInput(f"{path}: a rate of {rate:g} frames/s cannot be; name the right one")
-    markers = Markers(positions * mm, raw.labels, float(rate), raw.notes)
-    return MarkerFile(markers, mm, source, raw.up_source, tuple(warnings))
+    chosen = choose_markers(path, replace(raw, positions=gaps_to_nan(raw.positions)), only)
+    never = check_markers(path, chosen.positions, chosen.labels)
+    mm, source, unit_lines = _settled_unit(path, chosen, unit)
+    rate, rate_lines = _settled_rate(path, chosen, rate)
+    never_lines = [f"{path}: never seen: {', '.join(never)}"] if never else []
+    return MarkerFile(
+        markers=Markers(chosen.positions * mm, chosen.labels, rate, chosen.notes),
+        unit_mm=mm,
+        unit_source=source,
+        up_source=raw.up_source,
+        warnings=(*chosen.warnings, *never_lines, *unit_lines, *rate_lines),
+    )
+
+
+def choose_markers(path: Path, raw: RawTake, only: str | None) -> RawTake:
+    """The markers that match `only`, of these the labelled ones (see `choose_labelled`), under names all different.
+
+    Raises:
+        BadInput: none matches; too few.
+    """
+    labels = list(raw.labels)
+    wanted = list(range(len(labels))) if only is None else matching(path, labels, only)
+    among = [labels[i] for i in wanted]
+    kept, names, chosen_lines = choose_labelled(path, raw.positions[:, wanted], among)
+    names, numbered_lines = number_repeated(path, without_subject(names))
+    return replace(
+        raw,
+        positions=raw.positions[:, [wanted[i] for i in kept]],
+        labels=tuple(names),
+        warnings=(*raw.warnings, *chosen_lines, *numbered_lines),
+    )
 
 
 def gaps_to_nan(positions: Float[np.ndarray, "frames markers 3"]) -> Float[np.ndarray, "frames markers 3"]:
-    """All three coordinates NaN wherever one is not finite or all are exactly zero, as many programs write a gap."""
-    gap = ~visible(positions) | (positions == 0).all(axis=2)
+    """All three coordinates NaN wherever one is not finite, none is near, or all are exactly zero, as many programs
+    write a gap."""
+    with np.errstate(invalid="ignore"):
+        near = (np.abs(positions) < FARTHEST).all(axis=2)
+    gap = ~near | (positions == 0).all(axis=2)
     return np.where(gap[:, :, None], np.nan, positions)
 
 
@@ -91,9 +107,6 @@ def check_markers(path: Path, positions: Float[np.ndarray, "frames markers 3"], 
     frames, markers = positions.shape[:2]
     if markers == 0 or frames == 0:
         raise BadInput(f"{path}: has no marker points ({frames} frames, {markers} markers); export labelled markers")
-    twice = [label for label, count in Counter(labels).items() if count > 1]
-    if twice:
-        raise BadInput(f"{path}: duplicate marker labels: {', '.join(twice[:5])}; give every marker its own name")
     seen = np.asarray(visible(positions).any(axis=0))
     if not seen.any():
         raise BadInput(f"{path}: all {frames} frames are empty (NA or zero), no marker is ever seen; export it again")
@@ -107,12 +120,26 @@ def check_markers(path: Path, positions: Float[np.ndarray, "frames markers 3"], 
     return [labels[i] for i in np.flatnonzero(~seen)]
 
 
-def without_subject(labels: list[str]) -> list[str]:
-    """`subject:NAME` -> `NAME`, unless that makes two labels the same (two people in one take keep their prefixes)."""
-    short = [label.rsplit(":", 1)[-1].strip() or label for label in labels]
-    return short if len(set(short)) == len(set(labels)) else labels
+def _settled_unit(path: Path, raw: RawTake, unit: str | None) -> tuple[float, str, list[str]]:
+    """(mm per unit, where from, lines)."""
+    if unit is not None:
+        mm = parse_unit(unit)
+        lines = check_span(path, raw.positions, mm, f"--units {unit}")
+        return mm, "argument", lines
+    if raw.mm is not None:
+        lines = check_span(path, raw.positions, raw.mm, "as the file says")
+        return raw.mm, "file", lines
+    mm, source, note = settle_unit(path, raw.positions)
+    return mm, source, [note]
 
 
-def is_unlabelled(label: str) -> bool:
-    """What capture programs call trajectories that nobody named: "", "*12", "Unlabeled 3", "uname*4"."""
-    return re.fullmatch(r"(\*\d*|unlabell?ed.*|uname\W*\d*|)", label.rsplit(":", 1)[-1].strip(), re.I) is not None
+def _settled_rate(path: Path, raw: RawTake, rate: float | None) -> tuple[float, list[str]]:
+    lines = []
+    if rate is None:
+        rate = raw.rate
+    if rate is None:
+        rate = DEFAULT_RATE
+        lines.append(f"{path}: no frame rate in the file; {rate:g} frames/s assumed")
+    if not 0 < rate < np.inf:
+        raise BadInput(f"{path}: a rate of {rate:g} frames/s cannot be; name the right one")
+    return float(rate), lines

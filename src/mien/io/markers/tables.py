@@ -10,7 +10,7 @@ from ...errors import BadInput
 from ..units import known_unit
 from .delimited_table import FRAME, LABEL, TIME, Sheet, marker_axis, note, numbers, pad, read_sheet, read_text, triples
 from .frame_times import frames_of_numbers, frames_of_times, rate_of, spread
-from .marker_file import RawTake, is_unlabelled, without_subject
+from .marker_file import RawTake
 
 
 def read_trc(path: Path) -> RawTake:
@@ -100,9 +100,7 @@ def _take(
     mm: float | None,
     notes: dict[str, np.ndarray] | None = None,
 ) -> RawTake:
-    keep = [i for i, label in enumerate(labels) if not is_unlabelled(label)]
-    names = without_subject([labels[i] for i in keep])
-    return RawTake(positions[:, keep], tuple(names), rate, mm, notes=notes or None)
+    return RawTake(positions, tuple(labels), rate, mm, notes=notes or None)
 
 
 def _clock(sheet: Sheet) -> tuple[Int[np.ndarray, " rows"], float | None, set[int]]:
