@@ -21,7 +21,7 @@ from mien.landmarks.model_file import VARIABLE
 from mien.reports.tracking import Crop, depth_colors, faces_sheet, learning_chart, preview, take_report
 from mien.rig import Rig
 from mien.rig.retarget import CORRECTIVE
-from mien.stage.script.repeated_script import REHEARSED, rehearsal
+from mien.stage.script.repeated_script import REPEATED, repeated_script
 from mien.tracking.fit import FitConfig
 from mien.tracking.pipeline import TakeConfig, track_take
 
@@ -48,9 +48,9 @@ def study():
     return compare(take, stage.model(), landmarker, configs)
 
 
-def test_a_rehearsal_is_calm_then_has_every_expression_in_every_round():
-    script = rehearsal(30.0, 12.0, seed=3)
-    assert [name for name, _, _ in script.cues] == ["calm", *REHEARSED, *(f"{name} again" for name in REHEARSED)]
+def test_a_repeated_script_is_calm_then_has_every_expression_in_every_round():
+    script = repeated_script(30.0, 12.0, seed=3)
+    assert [name for name, _, _ in script.cues] == ["calm", *REPEATED, *(f"{name} again" for name in REPEATED)]
     _, start, end = script.cues[0]
     gaze = np.array([name.startswith(("eyeLook", "eyeBlink")) for name in stage.person().names])
     assert script.weights[start : end - 3][:, ~gaze].max() < 0.1
@@ -60,11 +60,11 @@ def test_a_rehearsal_is_calm_then_has_every_expression_in_every_round():
     assert all(abs(b - c) <= 1 for (_, b), (c, _) in pairwise(ends))
 
 
-def test_rehearsals_that_cannot_be():
+def test_repeated_scripts_that_cannot_be():
     with pytest.raises(BadInput, match="there is no 'glee'; known are"):
-        rehearsal(expressions=("glee",))
+        repeated_script(expressions=("glee",))
     with pytest.raises(BadInput, match=r"seconds: expected at least 6\.5, got 3"):
-        rehearsal(seconds=3.0)
+        repeated_script(seconds=3.0)
 
 
 def test_the_film_s_hand_comes_between_the_rounds():
@@ -74,8 +74,8 @@ def test_the_film_s_hand_comes_between_the_rounds():
     between = next(a for name, a, _ in script.cues if name.endswith("again"))
     assert 3 <= len(hidden) <= 15
     assert hidden.min() - 2 <= between <= hidden.max() + 2
-    assert [name for _, _, name in demo_rgbd.spans(script)] == list(REHEARSED) * 2
-    assert len(demo_rgbd.shown(script)) == 1 + len(REHEARSED)
+    assert [name for _, _, name in demo_rgbd.spans(script)] == list(REPEATED) * 2
+    assert len(demo_rgbd.shown(script)) == 1 + len(REPEATED)
 
 
 def test_demo_without_the_landmark_model_is_one_line(tmp_path, monkeypatch, capsys):

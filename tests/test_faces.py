@@ -11,7 +11,7 @@ import mien.faces
 from mien.faces import ARKIT_NAMES, load_face
 from mien.faces.arkit import opposite
 from mien.faces.lids import fit_blink, gaps, opening
-from mien.stage.people.holdout_identities import load_held_out_targets
+from mien.stage.people.holdout_identities import load_holdout_identities
 
 ASSETS = Path(mien.faces.__file__).parent / "assets"
 FLIP = np.array([-1, 1, 1])
@@ -353,8 +353,8 @@ def test_a_blink_is_fitted_to_the_opening(travel):
 # --- files ------------------------------------------------------------------------------------------------------------
 
 
-def test_held_out_targets_lie_outside_the_identity_space(face):
-    names, fields = load_held_out_targets()
+def test_holdout_identities_lie_outside_the_identity_space(face):
+    names, fields = load_holdout_identities()
     assert len(names) == len(set(names)) == len(fields) > 60
     assert fields.shape[1:] == face.rig.neutral.vertices.shape
     region = face.regions["face"] > 0.5

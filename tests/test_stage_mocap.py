@@ -9,7 +9,7 @@ from mien.stage import HeadMotion, MocapConfig, make_performer, marker_layout, p
 from mien.stage.sensors.mocap import bursts, head_motion
 from mien.transforms import vector_from_rotation
 
-CLEAN = MocapConfig(jitter=0.0, dropouts=0.0, standoff=(0.0, 0.0), standoff_spread=0.0)
+CLEAN = MocapConfig(jitter=0.0, dropouts=0.0, standoff=(0.0, 0.0), standoff_sd=0.0)
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +31,7 @@ def test_the_truth_reproduces_faultless_markers(performer, script):
 
 
 def test_stand_off_is_the_distance_from_the_skin(performer, script):
-    config = MocapConfig(jitter=0.0, dropouts=0.0, standoff=(4.0, 4.0), standoff_spread=0.2)
+    config = MocapConfig(jitter=0.0, dropouts=0.0, standoff=(4.0, 4.0), standoff_sd=0.2)
     take = perform(performer, script.weights[:40], 60.0, marker_layout(performer, 50), config)
     skin = take.truth.T_lab_face[7].apply(take.truth.attachment.points(performer.mesh(script.weights[7])))
     np.testing.assert_allclose(np.linalg.norm(take.markers.positions[7] - skin, axis=1), take.truth.standoff, atol=1e-9)

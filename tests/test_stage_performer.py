@@ -47,7 +47,7 @@ def test_chunks_do_not_matter(performer):
 
 def test_without_shape_and_style_a_small_unit_is_the_bundled_one():
     face = load_face()
-    plain = make_performer(0, PerformerConfig(identity=0.0, held_out=0.0, displacement=0.0, style=NO_STYLE))
+    plain = make_performer(0, PerformerConfig(identity=0.0, holdout=0.0, displacement=0.0, style=NO_STYLE))
     weights = pose(plain, mouthSmile=0.3, browInnerUp=0.5)
     skin = face.regions["face"] > 0.5
     moved = (plain.vertices(weights)[0] - plain.neutral.vertices)[skin]

@@ -54,9 +54,9 @@ def demo_rgbd(folder: Path, seed: int, seconds: float | None) -> None:
 def stage(seed: int, seconds: float):
     """The script and the film: calm, five expressions in two rounds, a hand before the face between the rounds."""
     from ..stage import FilmConfig, film, make_performer
-    from ..stage.script.repeated_script import rehearsal
+    from ..stage.script.repeated_script import repeated_script
 
-    script = rehearsal(RATE, seconds, seed)
+    script = repeated_script(RATE, seconds, seed)
     between = next(start for name, start, _ in script.cues if name.endswith("again")) / RATE
     config = FilmConfig(occlusions=((between - 0.05, 0.1),))
     return script, film(make_performer(seed), script.weights, RATE, config, seed)

@@ -11,7 +11,7 @@ from .fields import smooth_field
 BROWN = np.array([0.30, 0.20, 0.15])
 
 
-def complexion(
+def albedo(
     coarse: Mesh,
     smooth: sp.csr_matrix,
     straight: sp.csr_matrix,

@@ -32,9 +32,9 @@ class Contact:
     upper: sp.csr_matrix
     """(pairs, m): rows give the upper partner's position."""
     lower: sp.csr_matrix
-    spread_upper: sp.csr_matrix
+    follow_upper: sp.csr_matrix
     """(m, pairs): the motion of every vertex when the upper partners are moved."""
-    spread_lower: sp.csr_matrix
+    follow_lower: sp.csr_matrix
     offset: Float[np.ndarray, "pairs 3"]
     """Upper minus lower partner when they touch, mm."""
     normal: Float[np.ndarray, "pairs 3"]
@@ -102,8 +102,8 @@ def lid_contact(face: BundledFace, ball: Ball, side: str, skin: Bool[np.ndarray,
     return _compact(
         upper=_rows_of(upper, len(vertices)),
         lower=lower,
-        spread_upper=sp.csr_matrix(np.where(np.abs(spread) > 1e-4, spread, 0.0)),
-        spread_lower=sp.csr_matrix((len(vertices), len(upper))),
+        follow_upper=sp.csr_matrix(np.where(np.abs(spread) > 1e-4, spread, 0.0)),
+        follow_lower=sp.csr_matrix((len(vertices), len(upper))),
         offset=offset,
         normal=_unit(vertices[upper] - closed[upper]),
     )
@@ -124,8 +124,8 @@ def lip_contact(face: BundledFace, skin: Bool[np.ndarray, " n"]) -> Contact:
     return _compact(
         upper=upper,
         lower=lower,
-        spread_upper=sp.csr_matrix(spread * (1 - share)),
-        spread_lower=sp.csr_matrix(spread * share),
+        follow_upper=sp.csr_matrix(spread * (1 - share)),
+        follow_lower=sp.csr_matrix(spread * share),
         offset=np.zeros((len(points), 3)),
         normal=_unit((lower @ normals - upper @ normals) * [0.3, 1.0, 0.3]),
     )
@@ -161,13 +161,13 @@ def _on_line(
 
 
 def _compact(
-    upper: sp.csr_matrix, lower: sp.csr_matrix, spread_upper: sp.csr_matrix, spread_lower: sp.csr_matrix,
+    upper: sp.csr_matrix, lower: sp.csr_matrix, follow_upper: sp.csr_matrix, follow_lower: sp.csr_matrix,
     offset: np.ndarray, normal: np.ndarray,
 ) -> Contact:
     """Matrices over all vertices -> a contact over those that take part."""
-    used = [abs(m).sum(axis=axis).ravel() for m, axis in ((upper, 0), (lower, 0), (spread_upper, 1), (spread_lower, 1))]
+    used = [abs(m).sum(axis=axis).ravel() for m, axis in ((upper, 0), (lower, 0), (follow_upper, 1), (follow_lower, 1))]
     m = np.flatnonzero(sum(np.asarray(u).ravel() for u in used))
-    return Contact(m, upper[:, m], lower[:, m], spread_upper[m], spread_lower[m], offset, normal)
+    return Contact(m, upper[:, m], lower[:, m], follow_upper[m], follow_lower[m], offset, normal)
 
 
 def _shepard(vertices: np.ndarray, points: np.ndarray, sigma: float) -> np.ndarray:

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 
-def load_held_out_targets() -> tuple[tuple[str, ...], Float[np.ndarray, "k n 3"]]:
+def load_holdout_identities() -> tuple[tuple[str, ...], Float[np.ndarray, "k n 3"]]:
     """Names and displacements (k, n, 3) in millimetres, on the bundled face's vertices, at the targets' full strength.
 
     A fixed random third of MakeHuman's local identity targets was kept out of `BundledFace.identity`, so that a

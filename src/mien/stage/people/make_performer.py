@@ -9,7 +9,7 @@ from ...errors import BadInput
 from ...faces.bundled import BundledFace, load_face
 from .anatomy import Contact, Hinge, eyeball, jaw_hinge, lid_contact, lip_contact
 from .fields import symmetric_field
-from .holdout_identities import load_held_out_targets
+from .holdout_identities import load_holdout_identities
 from .performer import Performer, feature_basis, keep_off
 from .style import VECTOR, StyleConfig, bows, interactions, jaw_arcs, styled_units
 
@@ -23,9 +23,9 @@ class PerformerConfig:
 
     identity: float = 0.8
     """Standard deviations of the random coefficients in the identity space. 0: the average face."""
-    held_out: float = 0.3
+    holdout: float = 0.3
     """Largest weight of the identity targets that the space has never seen. 0: none."""
-    held_out_count: int = 24
+    holdout_count: int = 24
     """How many of those are taken."""
     displacement: float = 1.5
     """Rms of the smooth random displacement over the skin, mm. 0: none."""
@@ -58,7 +58,7 @@ def random_shape(
     """Displacement of a random person's neutral face from the average one, mm."""
     coefficients = config.identity * np.clip(rng.normal(size=len(face.identity.modes)), -2, 2)
     shape = face.identity.displacement(coefficients)
-    shape = shape + _held_out(config, rng)
+    shape = shape + _holdout(config, rng)
     points = face.rig.neutral.vertices
     noise = symmetric_field(rng, points, (35.0, 110.0), VECTOR, asymmetry=0.35)
     noise *= config.displacement / np.sqrt((noise[face.parts["skin"]] ** 2).sum(axis=1).mean())
@@ -71,15 +71,15 @@ def random_shape(
     return shape + noise
 
 
-def _held_out(config: PerformerConfig, rng: np.random.Generator) -> Float[np.ndarray, "n 3"]:
+def _holdout(config: PerformerConfig, rng: np.random.Generator) -> Float[np.ndarray, "n 3"]:
     """A random few of the targets that the identity space has never seen; of two ends of one slider, one."""
-    names, targets = load_held_out_targets()
+    names, targets = load_holdout_identities()
     chosen: dict[str, int] = {}
     for i in rng.permutation(len(names)):
-        if len(chosen) < config.held_out_count:
+        if len(chosen) < config.holdout_count:
             chosen.setdefault(names[i].rstrip("+-"), i)
     picked = np.array(sorted(chosen.values()), dtype=np.int64)
-    return np.tensordot(config.held_out * rng.uniform(0.3, 1.0, len(picked)), targets[picked], axes=1)
+    return np.tensordot(config.holdout * rng.uniform(0.3, 1.0, len(picked)), targets[picked], axes=1)
 
 
 def _settle(face: BundledFace, vertices: np.ndarray, lips: Contact, skin: np.ndarray) -> np.ndarray:
@@ -88,7 +88,7 @@ def _settle(face: BundledFace, vertices: np.ndarray, lips: Contact, skin: np.nda
     for _ in range(12):
         upper, lower = lips.points(vertices)
         half = ((upper - lower) * lips.normal).sum(axis=1)[:, None] * lips.normal / 2
-        vertices[lips.vertices] += lips.spread_lower @ half - lips.spread_upper @ half
+        vertices[lips.vertices] += lips.follow_lower @ half - lips.follow_upper @ half
     usual = face.rig.neutral.vertices
     for side in ("Left", "Right"):
         ball, generic = eyeball(face, vertices, side), eyeball(face, usual, side)

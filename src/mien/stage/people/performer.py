@@ -135,7 +135,7 @@ def close_lids(
     for _ in range(8):
         gap = _rows(lids.lower, own) + lids.offset - _rows(lids.upper, own)
         overlap = apart * np.maximum((gap * lids.normal).sum(axis=2, keepdims=True), 0.0) * lids.normal
-        own = own + _rows(lids.spread_upper, drawn * gap + (1 - drawn) * overlap)
+        own = own + _rows(lids.follow_upper, drawn * gap + (1 - drawn) * overlap)
     points[:, lids.vertices] = own
 
 
@@ -172,7 +172,7 @@ def part_lips(
         through = np.maximum(-gap, 0.0) * np.exp(-((aside / 5.0) ** 2))
         open_by = draw * np.maximum(gap, 0.0) * np.exp(-((gap / 6.0) ** 4))
         push = (through**2 / (through + 0.3) - open_by)[..., None] * lips.normal / 2
-        own = own + _rows(lips.spread_upper, push) - _rows(lips.spread_lower, push)
+        own = own + _rows(lips.follow_upper, push) - _rows(lips.follow_lower, push)
     points[:, lips.vertices] = own
 
 

@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float, Int
 from ...errors import BadInput
 from ...landmarks.detector import bundled_landmarks
 from ...mesh import Mesh, adjacency, loop_refinement, submesh, vertex_normals
-from .albedo import complexion
+from .albedo import albedo
 from .performer import Performer
 from .strain import StrainGauge, strain_gauge
 from .wrinkles import FaceMap, Pattern, buckling, patterns
@@ -118,7 +118,7 @@ class _Patch(NamedTuple):
 
 
 def make_skin(performer: Performer, config: SkinConfig | None = None, seed: int = 0) -> Skin:
-    """The performer's skin; wrinkles, pores and complexion are drawn by `seed`.
+    """The performer's skin; wrinkles, pores and albedo are drawn by `seed`.
 
     Raises:
         BadInput: levels outside 0..4.
@@ -145,7 +145,7 @@ def make_skin(performer: Performer, config: SkinConfig | None = None, seed: int 
         stretch=_crossed(performer),
     )
     rest = skin.vertices(np.zeros((1, len(performer.names))))[0]
-    colors = complexion(performer.neutral, smooth, straight, points, is_skin, rng)
+    colors = albedo(performer.neutral, smooth, straight, points, is_skin, rng)
     return replace(skin, neutral=Mesh(rest, faces, colors=colors))
 
 

@@ -1,4 +1,4 @@
-"""A rehearsal: a calm face, then the same few expressions in several rounds, so that learning can be seen."""
+"""A repeated script: a calm face, then the same few expressions in several rounds, so that learning can be seen."""
 
 import numpy as np
 
@@ -6,15 +6,15 @@ from ...errors import BadInput
 from .poses import EMOTIONS, GROUPS
 from .script import Script, _blank, _finish, _in_turn
 
-REHEARSED = ("joy", "surprise", "pout", "disgust", "snarl")
+REPEATED = ("joy", "surprise", "pout", "disgust", "snarl")
 """What is asked for in each round: names in `poses.EMOTIONS` or `poses.GROUPS`."""
 
 
-def rehearsal(
+def repeated_script(
     rate: float = 30.0,
     seconds: float = 12.0,
     seed: int = 0,
-    expressions: tuple[str, ...] = REHEARSED,
+    expressions: tuple[str, ...] = REPEATED,
     rounds: int = 2,
     calm: float = 1.5,
 ) -> Script:

@@ -44,7 +44,7 @@ class MocapConfig:
     """Mean length of a burst, seconds."""
     standoff: tuple[float, float] = (1.5, 3.5)
     """The take's stand-off of marker centres from the skin is drawn from this range, mm. (0, 0): on the skin."""
-    standoff_spread: float = 0.25
+    standoff_sd: float = 0.25
     """Standard deviation of one marker's stand-off from the take's, mm."""
     lost: int = 0
     """Markers that fall off or lose their label: missing from a random moment to the end or for a long while."""
@@ -86,7 +86,7 @@ def perform(
     T_lab_face = lab_pose(config, rng) @ head_motion(len(weights), rate, config.head, rng)
     k = len(layout.attachment.faces)
     base = rng.uniform(*config.standoff)
-    standoff = np.maximum(base + config.standoff_spread * rng.normal(size=k), 0.0) * (base > 0)
+    standoff = np.maximum(base + config.standoff_sd * rng.normal(size=k), 0.0) * (base > 0)
     clean = T_lab_face.apply(carried(actor, weights, layout.attachment, standoff))
     positions = with_faults(clean, rate, config, rng)
     truth = Truth(actor, weights, T_lab_face, rate, layout.attachment, standoff, clean)
