@@ -18,11 +18,13 @@ from ..io.meshes import read_scan, write_mesh
 from ..io.meshes.sequence import write_sequence
 from ..io.rigs import read_any_rig
 from .bar import bar
+from .options import verb
 
 _ROUTES = """a marker take to .c3d; a performance .glb to .csv (Live Link Face) or to a folder (a mesh a frame);
 a Live Link Face .csv or a folder of shapes to .glb; a scan to .obj or .ply""".replace("\n", " ")
 
 
+@verb
 def convert(
     source: Path,
     *,

@@ -5,7 +5,10 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
+from .options import verb
 
+
+@verb
 def demo(
     what: Literal["markers", "scans", "rgbd"] = "markers",
     *,

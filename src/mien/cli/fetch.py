@@ -4,8 +4,10 @@ from typing import Literal
 
 from ..landmarks.model_file import fetch_model
 from .bar import bar
+from .options import verb
 
 
+@verb
 def fetch(what: Literal["landmarks"] = "landmarks") -> None:
     """Fetch MediaPipe's face model (Apache-2.0, Google; 3.8 MB) into the user cache, checked by its SHA-256.
 

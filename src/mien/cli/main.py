@@ -1,21 +1,25 @@
 """The command line: one verb a stage, in pipeline order. Bad input is one line on stderr and exit status 2."""
 
+import errno
 import os
 import sys
 from importlib.util import find_spec
+from typing import NoReturn
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy: our loops have threads of their own
 
-from cyclopts import App, Group
+from cyclopts import App, CycloptsError, Group
 
 from .. import __version__
 from ..errors import BadInput
+from .usage import one_line, usage_line
 
 app = App(
     name="mien",
     version=__version__,
     help="Facial performance capture: markers, scans and RGB-D video in; an animated face with a rig out.",
     default_parameter=None,
+    suppress_keyboard_interrupt=False,
 )
 
 VERBS = Group("Verbs, in pipeline order", sort_key=0)
@@ -39,16 +43,37 @@ for place, (name, line) in enumerate(PIPELINE.items()):
         app.command(f"mien.cli.{name}:{name}", name=name, help=line, group=VERBS, sort_key=place)
 
 
+OF_THE_PLACE = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM)
+"""Faults of the system that are no fault of ours: a full disk, a place that may not be written."""
+
+USAGE = 2
+"""Exit status of a command line or an input that cannot be used."""
+
+STOPPED = 130
+"""Exit status after Ctrl-C: 128 and the number of the signal."""
+
+
 def main(words: list[str] | None = None) -> None:
     """Entry point of the `mien` command; `words` stand for the command line's."""
+    words = sys.argv[1:] if words is None else words
     try:
-        app(sys.argv[1:] if words is None else words)
+        app(words, exit_on_error=False, print_error=False)
+    except CycloptsError as error:
+        stop(usage_line(error, words, PIPELINE), USAGE)
     except BadInput as error:
-        print(f"mien: {error}", file=sys.stderr)
-        sys.exit(2)
+        stop(one_line(str(error)), USAGE)
     except KeyboardInterrupt:
-        print("mien: stopped; outputs that were finished are whole, the same command goes on", file=sys.stderr)
-        sys.exit(130)
+        stop("stopped; outputs that were finished are whole, the same command goes on", STOPPED)
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(1)
+    except OSError as error:
+        if error.errno not in OF_THE_PLACE:
+            raise
+        stop(f"{error.filename or 'the output'}: {error.strerror}", USAGE)
+
+
+def stop(line: str, status: int) -> NoReturn:
+    """End with one line on stderr."""
+    print(f"mien: {line}", file=sys.stderr)
+    sys.exit(status)

@@ -14,8 +14,10 @@ from ..tracking.personalize import PersonalizeConfig
 from ..tracking.personalize import personalize as make_rig
 from ..tracking.rig_from_images import portray
 from .bar import bar
+from .options import verb
 
 
+@verb
 def personalize(
     take: Path,
     *,

@@ -11,8 +11,10 @@ from ..errors import BadInput
 from ..files import existing, whole, writable
 from ..io.gltf import write_rig
 from .bar import bar
+from .options import verb
 
 
+@verb
 def register(
     scans: Path,
     *,

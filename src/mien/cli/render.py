@@ -29,11 +29,13 @@ from ..pictures.show import (
 from ..progress import Progress
 from ..rig import Performance, Rig
 from .bar import bar
+from .options import verb
 
 SHEET = 12
 """Frames on a performance's contact sheet where --sheet does not say."""
 
 
+@verb
 def render(
     file: Path,
     *,

@@ -15,8 +15,10 @@ from ..landmarks.face_correspondence import match_faces
 from ..rig import Rig
 from ..rig.retarget import CORRECTIVE
 from ..rig.retarget import retarget as move
+from .options import verb
 
 
+@verb
 def retarget(
     performance: Path,
     *,

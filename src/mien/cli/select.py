@@ -11,8 +11,10 @@ from ..io.markers import read_marker_file
 from ..scans.select_frames import SelectConfig
 from ..scans.selection import SelectTakeConfig, TakeSelection, select_take, write_selection
 from .bar import bar
+from .options import verb
 
 
+@verb
 def select(
     take: Path,
     *,

@@ -16,8 +16,10 @@ from ..pictures import write_png
 from ..reports.markers import preview, take_report
 from ..scans.scan_rig import record_beside
 from .bar import bar
+from .options import verb
 
 
+@verb
 def solve(
     take: Path,
     *,

@@ -20,12 +20,14 @@ from ..reports.markers import telling_frames
 from ..reports.tracking import preview, take_report, weights_section
 from ..tracking.pipeline import TakeConfig, Tracked, check_shapes, track_take
 from .bar import bar
+from .options import verb
 from .personalize import beside
 
 CAMERA = "live"
 """The word that stands for this computer's camera in place of a take."""
 
 
+@verb
 def track(
     take: Path,
     *,

@@ -1,0 +1,52 @@
+"""What is wrong with a command line, in one line."""
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+from cyclopts import CycloptsError
+from cyclopts.exceptions import (
+    MissingArgumentError,
+    UnknownCommandError,
+    UnknownOptionError,
+    UnusedCliTokensError,
+)
+
+
+def usage_line(error: CycloptsError, words: list[str], verbs: Iterable[str]) -> str:
+    """The fault, what was probably meant, and which help tells more."""
+    verb = [words[0]] if words and words[0] in verbs else []
+    told = fault(error, verb[0] if verb else "mien", list(verbs))
+    return f"{told}; see `{' '.join(['mien', *verb, '--help'])}`"
+
+
+def fault(error: CycloptsError, verb: str, verbs: list[str]) -> str:
+    """The fault by its kind; the parser's own words, on one line, for kinds that are not known here."""
+    match error:
+        case UnknownCommandError(unused_tokens=[word, *_]):
+            return f"{word}: no such verb{meant(word, verbs)}"
+        case UnknownOptionError():
+            option = (error.token.keyword or error.token.value).split("=")[0]
+            names = [name for argument in error.argument_collection for name in argument.names if argument.parse]
+            return f"{option}: no such option of {verb}{meant(option, names)}"
+        case UnusedCliTokensError(unused_tokens=[word, *_]):
+            return f"{word}: one word too many for {verb}"
+        case MissingArgumentError(keyword=str(option)):
+            return f"{option}: its value is missing"
+        case MissingArgumentError() if error.argument is not None:
+            shown = error.argument.names[0]
+            positional = error.argument.field_info.kind is not error.argument.field_info.KEYWORD_ONLY
+            return f"{verb}: {shown.lstrip('-').upper() if positional else shown} is missing"
+        case _:
+            told = one_line(str(error)).rstrip(".")
+            return f"{told[:1].lower()}{told[1:]}"
+
+
+def meant(word: str, known: list[str]) -> str:
+    """A question for the nearest known word, where one is near."""
+    near = get_close_matches(word, known, n=1)
+    return f"; did you mean {near[0]}?" if near else ""
+
+
+def one_line(text: str) -> str:
+    """Text with its line breaks and runs of spaces closed."""
+    return " ".join(text.split())
