@@ -15,8 +15,9 @@ from mien.landmarks.face_correspondence import match_faces
 from mien.landmarks.on_rig import attach_landmarks
 from mien.mesh import ClosestPoint, Mesh, loop_subdivide, submesh
 from mien.rig import Performance, Rig
-from mien.rig.retarget import by_name, lay_over, resolve_weights, retarget
-from mien.rig.transfer import FACS23, merged, transfer_deltas
+from mien.rig.facs import FACS23
+from mien.rig.retarget import lay_over, resolve_weights, retarget
+from mien.rig.transfer import merged, transfer_deltas
 from mien.transforms import Transform, rotation_from_vector
 
 
@@ -67,15 +68,6 @@ def test_rigs_without_a_common_shape_are_refused():
         retarget(take, rig_on(sheet(9), ("A", "B")))
 
 
-def test_merged_shapes_and_their_parts_speak_to_one_another():
-    parts = FACS23["browDown"]
-    weights, moved, _ = by_name(("browDown",), np.array([[0.8]]), parts)
-    np.testing.assert_array_equal(weights, [[0.8, 0.8]])
-    assert moved == ("browDown",)
-    back, _, _ = by_name(parts, np.array([[0.8, 0.4]]), ("browDown",))
-    np.testing.assert_allclose(back, [[0.6]])
-
-
 def test_there_are_23_expressions_and_a_merged_one_is_the_sum():
     assert len(FACS23) == 23
     names = tuple(dict.fromkeys(name for parts in FACS23.values() for name in parts))
@@ -90,7 +82,7 @@ def corrected(n):
     """A rig with a corrective on it, and its performance."""
     base = rig_on(sheet(n))
     extra = bump(base.neutral, (-0.2, 0.2), (0, 1, 4))
-    rig = Rig(base.neutral, np.concatenate([base.deltas, extra[None]]), (*base.names, "corrective01"))
+    rig = Rig(base.neutral, np.concatenate([base.deltas, extra[None]]), (*base.names, "corrective_01"))
     return performed(rig, np.array([[0.0, 0.0, 0.0], [0.5, 0.2, -1.0], [0.3, 0.9, 0.7]]))
 
 
@@ -137,7 +129,7 @@ def acting():
     spot = stage.landmarks().attachment.points(rig.neutral)[425]
     near = np.exp(-((rig.neutral.vertices - spot) ** 2).sum(1) / 20**2)
     near = np.maximum(near - 0.01, 0)[:, None]
-    full = Rig(rig.neutral, np.concatenate([rig.deltas, (near * [3, 0, 5])[None]]), (*rig.names, "corrective01"))
+    full = Rig(rig.neutral, np.concatenate([rig.deltas, (near * [3, 0, 5])[None]]), (*rig.names, "corrective_01"))
     weights = np.zeros((3, len(full.names)))
     weights[1:, full.index("jawOpen")], weights[1:, -1] = 0.5, (1, -0.5)
     return performed(full, weights)

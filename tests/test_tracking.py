@@ -14,7 +14,7 @@ from mien.landmarks.detector import Landmarks2D
 from mien.landmarks.stream import with_landmarks
 from mien.mesh import vertex_normals
 from mien.rig import Rig
-from mien.tracking.correctives import CorrectiveConfig, Residuals, with_correctives
+from mien.tracking.correctives import CorrectiveBasis, CorrectiveConfig, with_correctives
 from mien.tracking.pipeline import T_WORLD_CAMERA, track_frames, track_take
 from mien.tracking.tracker import TrackConfig, begin, prepare, steadied, step
 
@@ -170,7 +170,7 @@ def test_a_performance_shows_the_final_mesh_and_survives_its_file(tmp_path):
     _, _, (made, landmarker) = odd_take()
     result = track_take(made, stage.person(), stage.landmarks(), landmarker)
     names = result.performance.rig.names
-    assert names[52] == "corrective01"
+    assert names[52] == "corrective_01"
     write_performance(tmp_path / "p.glb", result.performance)
     back = read_performance(tmp_path / "p.glb")
     assert back.rig.names == names
@@ -251,7 +251,7 @@ def test_residuals_come_back_from_their_correctives():
     m, rng = stage.model(), np.random.default_rng(0)
     modes = rng.normal(size=(3, *m.neutral.shape)) * m.fade[:, None]
     rows = rng.normal(size=(50, 3))
-    space = Residuals(m, CorrectiveConfig(shapes=8, block=12, tolerance=1e-3))
+    space = CorrectiveBasis(m, CorrectiveConfig(shapes=8, block=12, tolerance=1e-3))
     for row in rows:
         space.add(np.tensordot(row, modes, 1).astype(np.float32))
     shapes, weights = space.finish()
@@ -260,9 +260,9 @@ def test_residuals_come_back_from_their_correctives():
     expected = np.tensordot(rows, modes, 1) * m.fade[:, None]
     np.testing.assert_allclose(np.tensordot(weights, shapes, 1), expected, atol=2e-3)
     rig = with_correctives(stage.person(), m, shapes)
-    assert rig.names[-3:] == ("corrective01", "corrective02", "corrective03")
+    assert rig.names[-3:] == ("corrective_01", "corrective_02", "corrective_03")
 
 
 def test_no_residuals_no_correctives():
-    shapes, weights = Residuals(stage.model(), CorrectiveConfig(shapes=0)).finish()
+    shapes, weights = CorrectiveBasis(stage.model(), CorrectiveConfig(shapes=0)).finish()
     assert (len(shapes), weights.size) == (0, 0)

@@ -1,10 +1,10 @@
 """A performance on another rig (Li et al. 2013, sec. 6), and what it takes to get there.
 
-Coefficients go over by name. A shape that is only on one side of the bargain goes over through its parts: the 23
-expressions of `FACS23` are sums of ARKit's. Correctives, the shapes that a tracker adds because the blendshapes cannot
+Coefficients go over by name (`shape_names`). Correctives, the shapes that a tracker adds because the blendshapes cannot
 say everything, have no counterpart: they are carried over by deformation transfer, past the paper.
 """
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,12 +13,12 @@ from jaxtyping import Bool, Float, Int
 from ..errors import BadInput
 from ..mesh import ClosestPoint, Mesh, face_areas, mass
 from ..solve.boxls import box_least_squares
+from .head_place import HeadPlace, find_head, place_motion
 from .performance import Performance
 from .rig import Rig
-from .transfer import FACS23, nearest_faces, transfer_deltas
-
-CORRECTIVE = "corrective"
-"""What the names of corrective shapes begin with."""
+from .shape_names import USED, NameMatch, match_names
+from .transfer import nearest_faces, transfer_deltas
+from .unit_weights import CORRECTIVE
 
 
 @dataclass(frozen=True)
@@ -32,6 +32,8 @@ class Retargeted:
     """Shapes in use that the target has nothing for."""
     correctives: int
     """Corrective shapes transferred."""
+    notes: tuple[str, ...]
+    """What was matched loosely, what is missing, how the head was placed: a line each."""
 
 
 def retarget(
@@ -39,56 +41,50 @@ def retarget(
     target: Rig,
     correspondence: Int[np.ndarray, " target_faces"] | None = None,
     correctives: bool = True,
+    given: Mapping[str, str] | None = None,
+    head: HeadPlace | None = None,
 ) -> Retargeted:
-    """Drive `target` with a performance: coefficients by name, head pose as it is, correctives transferred.
+    """Drive `target` with a performance: coefficients by name, the head in its own place, correctives transferred.
 
     Args:
         correspondence: the source triangle that rules each target triangle; found by laying one face on the other
             where not given.
         correctives: False leaves them out, as the paper does.
+        given: pairs of names by hand (`match_names`).
+        head: where the target's head is; found from its shapes where not given.
 
     Raises:
         BadInput: the rigs have no shape in common.
     """
     source = performance.rig
-    extra = np.array([name.startswith(CORRECTIVE) for name in source.names])
-    weights, moved, dropped = by_name(source.names, performance.weights, target.names)
-    if not moved:
-        raise BadInput(
-            f"the rigs have no shape in common (this one has {', '.join(source.names[:4])}, "
-            f"the target {', '.join(target.names[:4]) or 'none'}); rename the target's shapes to ARKit's names"
-        )
-    used = extra & (np.abs(performance.weights).max(axis=0, initial=0.0) > 0)
-    if correctives and used.any():
+    is_corrective = np.array([name.startswith(CORRECTIVE) for name in source.names])
+    match = match_shapes(performance.rig.names, target.names, given)
+    weights = match.weights(performance.weights[:, ~is_corrective])
+    peak = np.abs(performance.weights).max(axis=0, initial=0.0)
+    dropped = tuple(name for name in match.missing if peak[source.index(name)] > USED)
+    T_rig, notes = place_motion(performance.T_world_face, find_head(target) if head is None else head)
+    used = is_corrective & (peak > 0) & correctives
+    if used.any():
         target = _with_transferred(source, used, target, correspondence)
         weights = np.concatenate([weights, performance.weights[:, used]], axis=1)
-    count = int(used.sum()) if correctives else 0
-    return Retargeted(replace(performance, rig=target, weights=weights), moved, dropped, count)
+    played = replace(performance, rig=target, weights=weights, T_world_face=T_rig)
+    return Retargeted(played, match.moved, dropped, int(used.sum()), (*match.notes(), *notes))
 
 
-def by_name(
-    names: tuple[str, ...], weights: Float[np.ndarray, "frames shapes"], wanted: tuple[str, ...]
-) -> tuple[Float[np.ndarray, "frames wanted"], tuple[str, ...], tuple[str, ...]]:
-    """Coefficients in another order of names, through `FACS23` where one side has merged shapes and the other not.
+def match_shapes(sources: Sequence[str], targets: Sequence[str], given: Mapping[str, str] | None = None) -> NameMatch:
+    """`match_names` of the source's shapes, correctives aside, and all of the target's.
 
-    Returns them with the names that went over and those, used and not corrective, that found no place.
+    Raises:
+        BadInput: nothing in common.
     """
-    out, moved, dropped = np.zeros((len(weights), len(wanted))), [], []
-    place = {name: i for i, name in enumerate(wanted)}
-    whole = {part: (name, len(parts)) for name, parts in FACS23.items() for part in parts if len(parts) > 1}
-    for i, name in enumerate(names):
-        goals = [place[n] for n in ((name,) if name in place else FACS23.get(name, ())) if n in place]
-        if goals:
-            out[:, goals] += weights[:, i : i + 1]
-        elif name in whole and whole[name][0] in place:
-            out[:, place[whole[name][0]]] += weights[:, i] / whole[name][1]
-        elif not name.startswith(CORRECTIVE) and np.abs(weights[:, i]).max(initial=0.0) > 0.01:
-            dropped.append(name)
-            continue
-        else:
-            continue
-        moved.append(name)
-    return out, tuple(moved), tuple(dropped)
+    own = [name for name in sources if not name.startswith(CORRECTIVE)]
+    match = match_names(own, targets, given)
+    if not match.moved:
+        raise BadInput(
+            f"the rigs have no shape in common (this one has {', '.join(own[:4])}, the target "
+            f"{', '.join(targets[:4]) or 'none'}); name pairs in a file for --map, or rename to ARKit's names"
+        )
+    return match
 
 
 def resolve_weights(
@@ -137,8 +133,11 @@ def _with_transferred(source: Rig, used: Bool[np.ndarray, " shapes"], target: Ri
     if correspondence is None and not _same(source.neutral, target.neutral):
         correspondence = nearest_faces(source.neutral, lay_over(source.neutral, target.neutral))
     deltas = transfer_deltas(source.neutral, source.deltas[used], target.neutral, correspondence)
-    names = tuple(name for name, use in zip(source.names, used, strict=True) if use)
-    return Rig(target.neutral, np.concatenate([target.deltas, deltas]), target.names + names, target.texture)
+    names, taken = [], set(target.names)
+    for name in (name for name, use in zip(source.names, used, strict=True) if use):
+        names.append(next(n for n in (name, *(f"{name}_{i}" for i in range(2, 1000))) if n not in taken))
+        taken.add(names[-1])
+    return Rig(target.neutral, np.concatenate([target.deltas, deltas]), (*target.names, *names), target.texture)
 
 
 def _same(a: Mesh, b: Mesh) -> bool:

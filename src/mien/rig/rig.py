@@ -25,9 +25,7 @@ class Rig:
         if len(self.names) != len(self.deltas) or len(set(self.names)) != len(self.names):
             raise ValueError(f"names: expected {len(self.deltas)} different ones, one a shape, got {self.names}")
         if self.deltas.shape[1:] != self.neutral.vertices.shape:
-            raise ValueError(
-                f"deltas: expected (shapes, {len(self.neutral.vertices)}, 3), got {self.deltas.shape}"
-            )
+            raise ValueError(f"deltas: expected (shapes, {len(self.neutral.vertices)}, 3), got {self.deltas.shape}")
 
     def vertices(self, weights: Float[np.ndarray, "*batch shapes"]) -> Float[np.ndarray, "*batch n 3"]:
         """The shape under `weights`, for one frame or a batch (mind the memory: batch * n * 3 doubles)."""

@@ -17,6 +17,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
 from ..mesh import ClosestPoint, Mesh, adjacency, face_areas, face_normals
+from .facs import FACS23
 from .rig import Rig
 
 STILL = 1e-6
@@ -186,36 +187,6 @@ def _still(source: Mesh, deltas: np.ndarray, target: Mesh, correspondence: np.nd
     face_moves = moves[source.faces].max(1)[correspondence]
     touched = np.bincount(target.faces[face_moves].ravel(), minlength=len(target.vertices))
     return np.flatnonzero(touched == 0)
-
-
-FACS23: dict[str, tuple[str, ...]] = {
-    "eyeBlinkLeft": ("eyeBlinkLeft",),
-    "eyeBlinkRight": ("eyeBlinkRight",),
-    "eyeWide": ("eyeWideLeft", "eyeWideRight"),
-    "eyeSquint": ("eyeSquintLeft", "eyeSquintRight", "cheekSquintLeft", "cheekSquintRight"),
-    "browDown": ("browDownLeft", "browDownRight"),
-    "browInnerUp": ("browInnerUp",),
-    "browOuterUp": ("browOuterUpLeft", "browOuterUpRight"),
-    "noseSneer": ("noseSneerLeft", "noseSneerRight"),
-    "cheekPuff": ("cheekPuff",),
-    "jawOpen": ("jawOpen",),
-    "jawLeft": ("jawLeft",),
-    "jawRight": ("jawRight",),
-    "mouthClose": ("mouthClose",),
-    "mouthFunnel": ("mouthFunnel",),
-    "mouthPucker": ("mouthPucker",),
-    "mouthLeft": ("mouthLeft",),
-    "mouthRight": ("mouthRight",),
-    "mouthSmileLeft": ("mouthSmileLeft",),
-    "mouthSmileRight": ("mouthSmileRight",),
-    "mouthFrown": ("mouthFrownLeft", "mouthFrownRight"),
-    "mouthStretch": ("mouthStretchLeft", "mouthStretchRight"),
-    "mouthUpperUp": ("mouthUpperUpLeft", "mouthUpperUpRight"),
-    "mouthLowerDown": ("mouthLowerDownLeft", "mouthLowerDownRight"),
-}
-"""The 23 FACS-inspired expressions of Li et al. 2013, who do not list theirs: ARKit's, both sides in one but for
-blinks, smiles and what moves the mouth aside. Left out: gaze, tongue, lips rolled, pressed or shrugged, dimples, jaw
-forward."""
 
 
 def merged(rig: Rig, groups: dict[str, tuple[str, ...]] = FACS23) -> Rig:

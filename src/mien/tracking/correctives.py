@@ -22,7 +22,7 @@ class CorrectiveConfig:
     """Frames worked on at a time."""
 
 
-class Residuals:
+class CorrectiveBasis:
     """The leading directions of a stream of residuals, and every frame's coefficients in them.
 
     Frames are merged in blocks: the singular vectors so far, times their sizes, stand for the frames before.
@@ -69,8 +69,8 @@ class Residuals:
 
 
 def with_correctives(rig: Rig, model: TrackingModel, shapes: Float[np.ndarray, "c f 3"]) -> Rig:
-    """The rig with the corrective shapes behind its own, named corrective01 onwards."""
+    """The rig with the corrective shapes behind its own, named corrective_01 onwards."""
     deltas = np.zeros((len(shapes), *rig.neutral.vertices.shape))
     deltas[:, model.front] = shapes
-    names = tuple(f"{CORRECTIVE}{i + 1:02d}" for i in range(len(shapes)))
+    names = tuple(f"{CORRECTIVE}_{i + 1:02d}" for i in range(len(shapes)))
     return Rig(rig.neutral, np.concatenate([rig.deltas, deltas]), rig.names + names, rig.texture)

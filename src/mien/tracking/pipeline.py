@@ -15,9 +15,9 @@ from ..landmarks.on_rig import LandmarkMap, landmarks_of
 from ..landmarks.stream import Landmarker, with_landmarks
 from ..progress import SILENT, Progress
 from ..rig import Performance, Rig
-from ..rig.transfer import FACS23
+from ..rig.facs import FACS23
 from ..transforms import Transform
-from .correctives import CorrectiveConfig, Residuals, with_correctives
+from .correctives import CorrectiveBasis, CorrectiveConfig, with_correctives
 from .detect import WrongScale
 from .fit import FitConfig
 from .model import TrackingModel, tracking_model
@@ -86,7 +86,7 @@ def track_take(
     seen = with_landmarks(take, landmarker or FaceLandmarker("video"), late=config.late)
     times: list[float] = []
     walk = track_frames(model, take, _timed(seen, times), config, watch)
-    results, residuals = [], Residuals(model, config.correctives)
+    results, residuals = [], CorrectiveBasis(model, config.correctives)
     stopped, missed, offset = None, 0, np.zeros_like(model.neutral)
     try:
         for result in walk:
@@ -191,7 +191,7 @@ def _slim(r: TrackResult) -> _Kept:
     return _Kept(r.tracked, r.T_camera_face, r.fitted, r.weights, (r.error, r.to_anchors, r.to_adaptive), r.learnt)
 
 
-def _collect(take, rig, model, results: list[_Kept], residuals: Residuals, stopped) -> Tracked:
+def _collect(take, rig, model, results: list[_Kept], residuals: CorrectiveBasis, stopped) -> Tracked:
     if not any(result.tracked for result in results):
         raise no_face(take)
     shapes, more = residuals.finish()

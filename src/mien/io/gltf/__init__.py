@@ -19,6 +19,7 @@ from jaxtyping import Float
 from ...errors import BadInput
 from ...mesh import vertex_normals
 from ...rig import Performance, Rig
+from ...rig.unit_weights import joined, with_unit_weights
 from ...transforms import Transform, quaternions_from_rotations
 from ..meshes.polygons import weld
 from .animation import face_motion, weight_animation
@@ -42,7 +43,8 @@ def write_rig(path: str | Path, rig: Rig) -> None:
 def write_performance(path: str | Path, performance: Performance) -> None:
     """Write a performance as `.glb`: the rig, one animation of its weights and of the head's pose, linear in between.
 
-    Time 0 is the first frame. The node `head` has `extras`: `rate` in frames a second, `untracked`, a list of frames.
+    Weights are written in 0..1 (`rig.unit_weights`), since viewers clamp them. Time 0 is the first frame. The node
+    `head` has `extras`: `rate` in frames a second, `untracked`, a list of frames.
 
     Raises:
         ValueError: the head pose scales, or there is no frame.
@@ -50,6 +52,7 @@ def write_performance(path: str | Path, performance: Performance) -> None:
     """
     if performance.T_world_face.scale != 1.0 or len(performance) == 0:
         raise ValueError("T_world_face, weights: expected one rigid pose a frame and at least one frame")
+    performance = with_unit_weights(performance)
     build = _with_rig(performance.rig)
     _add_animation(build, performance)
     untracked = np.flatnonzero(~performance.tracked).tolist()
@@ -70,12 +73,14 @@ def read_rig(path: str | Path) -> Rig:
     glb = open_glb(path)
     with damage_told(glb.path):
         node, mesh = morph_mesh_node(glb)
-        return _rig(glb, mesh, rest_matrix(glb, chain_of(glb, node)))
+        rig = _rig(glb, mesh, rest_matrix(glb, chain_of(glb, node)))
+    return joined(rig, np.zeros((0, len(rig.names))))[0]
 
 
 def read_performance(path: str | Path) -> Performance:
     """The rig of a `.glb` (see `read_rig`) and the animation of its weights and of the nodes above its mesh.
 
+    Shapes that were split into companions for the sake of clamping are whole again, and their weights signed.
     Keys that are not evenly spaced are resampled at `extras.rate`, else at their median spacing.
 
     Raises:
@@ -93,6 +98,7 @@ def read_performance(path: str | Path) -> Performance:
         untracked = [frame for extra in extras for frame in extra.get("untracked", [])]
         tracked = np.ones(len(weights), dtype=bool)
         tracked[untracked] = False
+    rig, weights = joined(rig, weights)
     return Performance(rig, weights, Transform(motion.rotation, motion.translation / MM), rate, tracked)
 
 
