@@ -1,0 +1,1 @@
+"""Wrinkles and pores from markers by polynomial displacement maps (Ma et al. 2008)."""

@@ -1,0 +1,129 @@
+"""Detail on disk: a folder with the base mesh, coefficient maps as EXR with named channels, and `detail.json`."""
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import BadInput
+from ..files import existing, whole
+from ..io.exr import read_exr, write_exr
+from ..io.meshes.ply import read_ply, write_ply
+from ..mesh import Attachment, Mesh
+from .domain import Domain, DomainConfig, marker_strains
+from .fields import parameter_field
+from .fit import DetailMap, DetailModel
+from .marker_mesh import marker_mesh
+from .polynomial import EXPONENTS, PolynomialMap
+from .texture_space import texels, texture_gradients
+from .thin_shell import ShellConfig, thin_shell
+
+FORMAT = 1
+"""Of `detail.json`; a newer one is refused."""
+MEDIUM_CHANNELS, FINE_CHANNELS = ("u", "v", "n"), ("n",)
+"""Components of a map's values, mm, in the base's local frame."""
+
+
+def write_detail(folder: str | Path, model: DetailModel, half: bool = False) -> None:
+    """Write `base.ply`, `medium.exr`, `fine.exr` and, last, `detail.json`: a folder without it is unfinished.
+
+    Channels are `a0.u` and so on: the coefficient of eq. 1 and the component. `error` is the rms residual in mm; it is
+    NaN where no training frame showed the texel. `half` stores 16-bit coefficients.
+    """
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "detail.json").unlink(missing_ok=True)
+    write_ply(folder / "base.ply", model.base)
+    _write_map(folder / "medium.exr", model.medium, MEDIUM_CHANNELS, half)
+    if model.fine is not None:
+        _write_map(folder / "fine.exr", model.fine, FINE_CHANNELS, half)
+    record = {
+        "format": FORMAT,
+        "frames": model.frames,
+        "labels": list(model.labels),
+        "reference": model.reference.tolist(),
+        "attachment": {
+            "faces": model.attachment.faces.tolist(),
+            "barycentric": model.attachment.barycentric.tolist(),
+        },
+        "bases": model.domain.bases.tolist(),
+        "energies": model.domain.energies.tolist(),
+        "replaced": model.domain.replaced,
+        "shell": asdict(model.shell.config),
+        "domain": asdict(model.domain.strains.config),
+        "medium": {"order": model.medium.polynomial.order, "size": model.medium.texels.size},
+        "fine": None if model.fine is None else {
+            "order": model.fine.polynomial.order, "size": model.fine.texels.size
+        },
+    }  # fmt: skip
+    with whole(folder / "detail.json") as temporary:
+        temporary.write_text(json.dumps(record) + "\n")
+
+
+def read_detail(folder: str | Path) -> DetailModel:
+    """A model written by `write_detail`; the shell is factorised anew.
+
+    Raises:
+        BadInput: no such folder, an unfinished one, or files that do not belong together.
+    """
+    folder = existing(folder)
+    record = _record(folder / "detail.json")
+    base, _ = read_ply(existing(folder / "base.ply"))
+    try:
+        attachment = Attachment(
+            np.array(record["attachment"]["faces"], np.int64), np.array(record["attachment"]["barycentric"], float)
+        )
+        reference, bases = np.array(record["reference"], float), np.array(record["bases"], float)
+        shell = thin_shell(base, attachment, ShellConfig(**record["shell"]))
+        coarse = marker_mesh(base, attachment)
+        config = DomainConfig(**record["domain"])
+        strains = marker_strains(base, attachment, reference, coarse, texture_gradients(base), config)
+        domain = Domain(strains, coarse, bases, np.array(record["energies"], float), int(record["replaced"]))
+        medium = _read_map(folder / "medium.exr", record["medium"], MEDIUM_CHANNELS, base, attachment, domain)
+        fine = None
+        if record["fine"] is not None:
+            fine = _read_map(folder / "fine.exr", record["fine"], FINE_CHANNELS, base, attachment, domain)
+        labels, frames = tuple(map(str, record["labels"])), int(record["frames"])
+    except (KeyError, TypeError, ValueError, IndexError) as error:
+        raise BadInput(f"{folder / 'detail.json'}: does not fit the maps beside it ({error}); fit them anew") from None
+    return DetailModel(base, labels, reference, attachment, shell, domain, medium, fine, frames)
+
+
+def _record(path: Path) -> dict:
+    if not path.is_file():
+        raise BadInput(f"{path.parent}: no detail.json; give a folder that `mien detail fit` has finished")
+    try:
+        record = json.loads(path.read_text())
+    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        raise BadInput(f"{path}: not a JSON file ({error})") from None
+    if not isinstance(record, dict) or not isinstance(record.get("format"), int) or record["format"] > FORMAT:
+        raise BadInput(f"{path}: written by a newer version, or by something else")
+    return record
+
+
+def _write_map(path: Path, detail: DetailMap, names: tuple[str, ...], half: bool) -> None:
+    coefficients = detail.polynomial.coefficients
+    image = detail.texels.image(coefficients)
+    channels = {f"a{m}.{name}": image[..., m, c] for m in range(image.shape[2]) for c, name in enumerate(names)}
+    channels["error"] = detail.texels.image(detail.error_mm.astype(np.float32))
+    channels["unreliable"] = detail.texels.image(detail.unreliable.astype(np.float32))
+    write_exr(path, channels, half)
+
+
+def _read_map(
+    path: Path, record: dict, names: tuple[str, ...], base: Mesh, attachment: Attachment, domain: Domain
+) -> DetailMap:
+    channels, order = read_exr(path), int(record["order"])
+    wanted = [[f"a{m}.{name}" for name in names] for m in range(len(EXPONENTS[order]))]
+    missing = [name for row in wanted for name in row if name not in channels]
+    size = int(record["size"])
+    if missing or channels["error"].shape != (size, size):
+        raise BadInput(f"{path}: not the map that detail.json tells of ({size} x {size}, order {order}); fit it anew")
+    grid = texels(base, size)
+    image = np.stack([np.stack([channels[name] for name in row], -1) for row in wanted], -2)
+    coefficients = np.ascontiguousarray(grid.of_image(image))
+    error = grid.of_image(channels["error"]).astype(float)
+    polynomial = PolynomialMap(np.nan_to_num(coefficients), order, np.isfinite(error))
+    unreliable = grid.of_image(channels["unreliable"]) > 0.5
+    return DetailMap(grid, parameter_field(domain, base, attachment, grid.attachment), polynomial, error, unreliable)

@@ -1,0 +1,210 @@
+"""From training clips to two displacement maps: medium in three dimensions, fine along the normal (sec. 4, fig. 2)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+from scipy import ndimage
+
+from ..mesh import Attachment, Mesh, closest_point, face_areas
+from ..progress import SILENT, Progress
+from .base_mesh import BaseConfig, BaseMesh, base_mesh
+from .domain import Domain, DomainConfig, deformation_vectors, fit_domain, marker_strains
+from .fields import ParameterField, parameter_field
+from .marker_mesh import marker_mesh
+from .polynomial import PolynomialConfig, PolynomialFit, PolynomialMap
+from .texture_space import Texels, orthonormal, sample, tangent_frames, texels, texture_gradients, with_gutter
+from .thin_shell import ShellConfig, ThinShell, thin_shell
+from .training import Aligned, TrainingSet, aligned_frames, aligned_markers
+
+
+@dataclass(frozen=True)
+class DetailConfig:
+    """Everything that `mien detail fit` may be told."""
+
+    base: BaseConfig = BaseConfig()
+    shell: ShellConfig = ShellConfig()
+    domain: DomainConfig = DomainConfig()
+    medium: PolynomialConfig = PolynomialConfig()
+    fine: PolynomialConfig = PolynomialConfig()
+    medium_size: int = 512
+    """Side of the medium map, texels."""
+    fine_size: int = 1024
+    """Side of the fine map, texels; 0: no fine map."""
+    high_pass_mm: float = 2.0
+    """Standard deviation of the blur that is taken off the residual before the fine map is fitted, mm."""
+    farthest_mm: float = 15.0
+    """A displacement beyond this is no skin (a hole, a tongue): the sample is left out."""
+    unreliable: float = 4.0
+    """A texel whose rms residual exceeds this many times the median is marked."""
+
+
+@dataclass(frozen=True)
+class DetailMap:
+    """A displacement map on its texels."""
+
+    texels: Texels
+    field: ParameterField
+    polynomial: PolynomialMap
+    error_mm: Float[np.ndarray, " p"]
+    """Rms distance of the training data from the map at every texel, mm; NaN where no frame showed it."""
+    unreliable: Bool[np.ndarray, " p"]
+    """Nostrils, rims, lids, lips: data that no polynomial follows."""
+
+
+@dataclass(frozen=True)
+class DetailModel:
+    """A person's detail: driven by markers alone from here on."""
+
+    base: Mesh
+    """The smooth neutral, with texture coordinates; face space, mm."""
+    labels: tuple[str, ...]
+    reference: Float[np.ndarray, "k 3"]
+    """The markers at the neutral, face space, mm."""
+    attachment: Attachment
+    """Their places on the base."""
+    shell: ThinShell
+    domain: Domain
+    medium: DetailMap
+    """u, v, n components in the base's local frame, mm."""
+    fine: DetailMap | None
+    """Height along the normal, mm."""
+    frames: int
+    """Of training."""
+
+
+def fit_detail(
+    training: TrainingSet, config: DetailConfig = DetailConfig(), progress: Progress = SILENT
+) -> DetailModel:
+    """Fit both maps (Ma et al. 2008, fig. 2): base motion, domain, medium map, then the fine map on what it leaves.
+
+    Raises:
+        BadInput: training clips that do not fit together, markers that nothing joins, a mesh that cannot be unrolled.
+    """
+    base = base_mesh(training.mesh, config.base)
+    attachment = closest_point(base.mesh, training.markers).attachment()
+    shell = thin_shell(base.mesh, attachment, config.shell)
+    domain = training_domain(training, base.mesh, attachment, config.domain)
+    medium = _fit_medium(training, base, shell, attachment, domain, config, progress)
+    fine = None
+    if config.fine_size:
+        fine = _fit_fine(training, base, shell, attachment, domain, medium, config, progress)
+    return DetailModel(
+        base=base.mesh,
+        labels=training.labels,
+        reference=training.markers,
+        attachment=attachment,
+        shell=shell,
+        domain=domain,
+        medium=medium,
+        fine=fine,
+        frames=len(training),
+    )
+
+
+def training_domain(
+    training: TrainingSet, mesh: Mesh, attachment: Attachment, config: DomainConfig = DomainConfig()
+) -> Domain:
+    """Sec. 4.1: the coarse mesh over the markers, and two directions of deformation at each from all frames."""
+    coarse = marker_mesh(mesh, attachment)
+    strains = marker_strains(mesh, attachment, training.markers, coarse, texture_gradients(mesh), config)
+    vectors = [deformation_vectors(strains, aligned_markers(training.markers, c.markers)) for c in training.clips]
+    return fit_domain(strains, coarse, np.concatenate(vectors))
+
+
+@dataclass(frozen=True)
+class _Sampler:
+    """Displacements of training frames at the texels of one map."""
+
+    texels: Texels
+    on_training: Attachment
+    """The texels on the training topology."""
+    faces: np.ndarray
+    gradients: tuple
+    shell: ThinShell
+    reference: Float[np.ndarray, "k 3"]
+    farthest_mm: float
+
+    def frame(self, aligned: Aligned) -> tuple[Float[np.ndarray, "p 3"], Float[np.ndarray, "p 3 3"]]:
+        """Displacement from the base at every texel in the base's local frame, mm, and that frame."""
+        moved = self.shell.vertices(aligned.markers - self.reference)
+        frames = interpolated(tangent_frames(self.gradients, moved), self.texels.attachment, self.shell.mesh.faces)
+        local = orthonormal(frames)
+        here = interpolated(moved, self.texels.attachment, self.shell.mesh.faces)
+        skin = interpolated(aligned.vertices, self.on_training, self.faces)
+        offset = np.einsum("pab,pb->pa", local, skin - here)
+        offset[np.linalg.norm(offset, axis=1) > self.farthest_mm] = np.nan
+        return offset, local
+
+
+def interpolated(values: Float[np.ndarray, "n *c"], points: Attachment, faces: np.ndarray) -> np.ndarray:
+    """Vertex values at surface points."""
+    return np.einsum("pc,pc...->p...", points.barycentric, values[faces[points.faces]])
+
+
+def _sampler(training, base: BaseMesh, shell: ThinShell, size: int, config: DetailConfig) -> _Sampler:
+    grid = texels(base.mesh, size)
+    return _Sampler(
+        texels=grid,
+        on_training=base.on_training(grid.attachment),
+        faces=training.mesh.faces,
+        gradients=texture_gradients(base.mesh),
+        shell=shell,
+        reference=training.markers,
+        farthest_mm=config.farthest_mm,
+    )
+
+
+def _fit_medium(training, base, shell, attachment, domain, config: DetailConfig, progress: Progress) -> DetailMap:
+    """Sec. 4.2: three channels, each fitted by itself."""
+    sampler = _sampler(training, base, shell, config.medium_size, config)
+    drive = parameter_field(domain, base.mesh, attachment, sampler.texels.attachment)
+    fit = PolynomialFit(len(sampler.texels.places), 3, config.medium)
+    for number, aligned in enumerate(aligned_frames(training), 1):
+        vectors = deformation_vectors(domain.strains, aligned.markers[None])[0]
+        fit.add(drive.parameters(vectors), sampler.frame(aligned)[0])
+        progress.update("medium map", number, len(training))
+    polynomial = fit.solve()
+    return _with_errors(sampler.texels, drive, polynomial, fit, config)
+
+
+def _fit_fine(
+    training, base, shell, attachment, domain, medium: DetailMap, config: DetailConfig, progress: Progress
+) -> DetailMap:
+    """One channel along the normal, fitted to what the medium map leaves, high-passed."""
+    sampler = _sampler(training, base, shell, config.fine_size, config)
+    drive = parameter_field(domain, base.mesh, attachment, sampler.texels.attachment)
+    uv = interpolated(base.mesh.uv, sampler.texels.attachment, base.mesh.faces)
+    blur = config.high_pass_mm / texel_mm(base.mesh, config.fine_size)
+    fit = PolynomialFit(len(sampler.texels.places), 1, config.fine)
+    for number, aligned in enumerate(aligned_frames(training), 1):
+        vectors = deformation_vectors(domain.strains, aligned.markers[None])[0]
+        offset, _ = sampler.frame(aligned)
+        explained = medium.polynomial.evaluate(medium.field.parameters(vectors))[:, 2]
+        left = offset[:, 2] - sample(with_gutter(medium.texels.image(explained)), uv)
+        fit.add(drive.parameters(vectors), high_pass(sampler.texels, left, blur)[:, None])
+        progress.update("fine map", number, len(training))
+    return _with_errors(sampler.texels, drive, fit.solve(), fit, config)
+
+
+def high_pass(grid: Texels, values: Float[np.ndarray, " p"], sigma: float) -> Float[np.ndarray, " p"]:
+    """Values minus their Gaussian mean over known texels, `sigma` texels wide; NaN stays."""
+    image = grid.image(values)
+    known = np.isfinite(image)
+    total = ndimage.gaussian_filter(np.where(known, image, 0.0), sigma, truncate=3.0)
+    weight = ndimage.gaussian_filter(known.astype(float), sigma, truncate=3.0)
+    return values - grid.of_image(total / np.maximum(weight, 1e-6))
+
+
+def texel_mm(mesh: Mesh, size: int) -> float:
+    """Mean side of a texel on the surface, mm."""
+    assert mesh.uv is not None
+    area = face_areas(mesh.vertices, mesh.faces).sum()
+    flat = np.column_stack([mesh.uv, np.zeros(len(mesh.uv))])
+    return float(np.sqrt(area / face_areas(flat, mesh.faces).sum()) / size)
+
+
+def _with_errors(grid, drive, polynomial: PolynomialMap, fit: PolynomialFit, config: DetailConfig) -> DetailMap:
+    error = fit.rms(polynomial)
+    usual = np.nanmedian(error)
+    return DetailMap(grid, drive, polynomial, error, np.isnan(error) | (error > config.unreliable * usual))

@@ -1,0 +1,34 @@
+"""The paper's two halves in its order: training (fig. 2) and synthesis (sec. 5)."""
+
+from collections.abc import Iterator
+
+from ..clip import Markers
+from ..progress import SILENT, Progress
+from ..rig import Performance
+from .drive import Drive, drive_by_markers, drive_by_performance
+from .fit import DetailConfig, DetailModel, fit_detail
+from .synthesize import SynthesisConfig, SynthesizedFrame, Synthesizer
+
+__all__ = ["DetailConfig", "DetailModel", "SynthesisConfig", "fit_detail", "synthesize"]
+
+
+def synthesize(
+    model: DetailModel,
+    take: Markers | Performance,
+    config: SynthesisConfig = SynthesisConfig(),
+    progress: Progress = SILENT,
+) -> tuple[Synthesizer, Drive, Iterator[SynthesizedFrame]]:
+    """A take, or any performance of the same person, with wrinkles and pores; frames come one by one.
+
+    Raises:
+        BadInput: markers that do not match the training's.
+    """
+    drive = drive_by_markers(model, take) if isinstance(take, Markers) else drive_by_performance(model, take)
+    synthesizer = Synthesizer(model, config)
+
+    def frames() -> Iterator[SynthesizedFrame]:
+        for number, frame in enumerate(synthesizer.frames(drive.positions), 1):
+            progress.update("synthesis", number, len(drive.positions))
+            yield frame
+
+    return synthesizer, drive, frames()

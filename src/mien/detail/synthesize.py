@@ -1,0 +1,146 @@
+"""From markers to a detailed face, frame by frame (Ma et al. 2008, sec. 5)."""
+
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from jaxtyping import Float, Float32
+
+from ..mesh import Attachment, Mesh, loop_subdivide
+from .domain import deformation_vectors
+from .fields import ParameterField, parameter_field
+from .fit import DetailMap, DetailModel
+from .polynomial import PolynomialMap
+from .texture_space import sample, tangent_frames, texture_gradients, with_gutter
+
+AHEAD = 4
+"""Frames that may be under way at once, so that memory does not grow with the take."""
+
+
+@dataclass(frozen=True)
+class SynthesisConfig:
+    """What is made of the maps."""
+
+    levels: int = 0
+    """Rounds of subdivision of the base mesh that the maps displace; 0 is about 10,000 vertices, 2 about 160,000."""
+    medium: bool = True
+    """Apply the medium map; False shows the thin shell."""
+    fine_vertices: bool = False
+    """Add the fine map to the vertices too (a dense mesh that needs no displacement mapping)."""
+    fine_map: bool = True
+    """Evaluate the fine map's image, for displacement mapping."""
+
+
+@dataclass(frozen=True)
+class SynthesizedFrame:
+    """One frame of detail, with the head still."""
+
+    vertices: Float32[np.ndarray, "n 3"]
+    """Face space, mm."""
+    fine: Float32[np.ndarray, " p"] | None
+    """Height along the normal at every texel of the fine map, mm."""
+
+
+@dataclass(frozen=True)
+class _VertexMap:
+    """A displacement map read at the vertices once and for all."""
+
+    field: ParameterField
+    polynomial: PolynomialMap
+
+    def at(self, vectors: np.ndarray) -> Float32[np.ndarray, "n c"]:
+        return self.polynomial.evaluate(self.field.parameters(vectors))
+
+
+class Synthesizer:
+    """A person's detail on a mesh of any density: built once, then one call a frame.
+
+    Frames may be asked for from several threads: nothing is changed by a call.
+    """
+
+    def __init__(self, model: DetailModel, config: SynthesisConfig = SynthesisConfig()):
+        self.model, self.config = model, config
+        dense, S = loop_subdivide(model.base, config.levels)
+        self.mesh: Mesh = dense
+        """The dense base at rest, with texture coordinates; frames have its vertex order."""
+        self._upsample = sp.csr_matrix(S, dtype=np.float32)
+        along_u, along_v = texture_gradients(dense)
+        self._gradients = along_u.astype(np.float32), along_v.astype(np.float32)
+        places = vertex_attachment(dense, model, S)
+        field = parameter_field(model.domain, model.base, model.attachment, places)
+        assert dense.uv is not None
+        self._medium = _VertexMap(field, at_vertices(model.medium, dense.uv))
+        self._fine = None
+        if model.fine is not None and config.fine_vertices:
+            self._fine = _VertexMap(field, at_vertices(model.fine, dense.uv))
+        self._response = np.ascontiguousarray(model.shell.response, np.float32)
+        self._rest = model.base.vertices.astype(np.float32)
+
+    def frame(self, markers: Float[np.ndarray, "k 3"]) -> SynthesizedFrame:
+        """The six steps of sec. 5 but the last.
+
+        Args:
+            markers: aligned rigidly with the neutral (`training.aligned_markers`), mm.
+        """
+        model, config = self.model, self.config
+        vectors = deformation_vectors(model.domain.strains, markers[None])[0]
+        shell = self._rest + self._response @ (markers - model.reference).astype(np.float32)
+        vertices = self._upsample @ shell
+        if config.medium:
+            vertices = self._displaced(vertices, vectors)
+        fine = None
+        if model.fine is not None and config.fine_map:
+            fine = model.fine.polynomial.evaluate(model.fine.field.parameters(vectors))[:, 0]
+        return SynthesizedFrame(vertices, fine)
+
+    def frames(self, markers: Float[np.ndarray, "frames k 3"], workers: int = 2) -> Iterator[SynthesizedFrame]:
+        """All frames in order, `workers` of them at a time: parallel over frames, not inside one."""
+        with ThreadPoolExecutor(workers) as pool:
+            waiting = []
+            for frame in markers:
+                waiting.append(pool.submit(self.frame, frame))
+                if len(waiting) >= AHEAD * workers:
+                    yield waiting.pop(0).result()
+            for last in waiting:
+                yield last.result()
+
+    def _displaced(self, vertices: np.ndarray, vectors: np.ndarray) -> Float32[np.ndarray, "n 3"]:
+        """Steps 4 and 5: medium offsets in the base's local frames, fine heights along its normals."""
+        offset = self._medium.at(vectors)
+        if self._fine is not None:
+            offset = offset + self._fine.at(vectors) * np.array([0, 0, 1], np.float32)
+        local = tangent_frames(self._gradients, vertices)
+        return vertices + np.einsum("pa,pab->pb", offset, local)
+
+
+def vertex_attachment(dense: Mesh, model: DetailModel, S: sp.spmatrix) -> Attachment:
+    """Where on the base each vertex of its subdivision lies: the triangle that it came from, straight along edges."""
+    base = model.base
+    per = len(dense.faces) // len(base.faces)
+    levels = round(np.log(per) / np.log(4))
+    corners = np.tile(np.eye(3), (len(base.faces), 1, 1))
+    for _ in range(levels):
+        corners = _halved(corners)
+    faces = np.repeat(np.arange(len(base.faces)), per)
+    flat, first = np.unique(dense.faces.ravel(), return_index=True)
+    assert len(flat) == len(dense.vertices)
+    return Attachment(np.repeat(faces, 3)[first], corners.reshape(-1, 3)[first])
+
+
+def _halved(corners: Float[np.ndarray, "m 3 3"]) -> Float[np.ndarray, "m4 3 3"]:
+    """Barycentric corners of triangles split in four, in the order of `mesh.subdivide`."""
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
+    parts = ((a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca))
+    return np.stack([np.stack(part, 1) for part in parts], 1).reshape(-1, 3, 3)
+
+
+def at_vertices(detail: DetailMap, uv: Float[np.ndarray, "n 2"]) -> PolynomialMap:
+    """A map's coefficients at vertices, bilinear between texels; unreliable texels take their surroundings' value."""
+    coefficients = np.where(detail.unreliable[:, None, None], np.nan, detail.polynomial.coefficients)
+    if np.isnan(coefficients).all():
+        coefficients = detail.polynomial.coefficients
+    read = sample(with_gutter(detail.texels.image(coefficients)), uv)
+    return PolynomialMap(np.ascontiguousarray(read, np.float32), detail.polynomial.order, np.ones(len(uv), bool))
