@@ -33,7 +33,7 @@ def test_at_the_neutral_nothing_is_deformed(scene):
 
 
 def test_strain_by_hand(scene):
-    """Eq. 2: y stretched by a tenth: the ring's deviation along v grows by a tenth, times sqrt |N2|; along u nothing."""
+    """Eq. 2: y stretched by a tenth grows the deviation along v by a tenth, times sqrt |N2|; along u nothing."""
     reference, _, strains = scene
     S = deformation_vectors(strains, (reference * [1, 1.1, 1])[None])[0]
     ring = strains.ring.toarray()[12] > 0
