@@ -67,7 +67,7 @@ class Synthesizer:
         """The dense base at rest, with texture coordinates; frames have its vertex order."""
         self._upsample = sp.csr_matrix(S, dtype=np.float32)
         along_u, along_v = texture_gradients(dense)
-        self._gradients = along_u.astype(np.float32), along_v.astype(np.float32)
+        self._gradients = sp.csr_matrix(along_u, dtype=np.float32), sp.csr_matrix(along_v, dtype=np.float32)
         places = vertex_attachment(dense, model, S)
         field = parameter_field(model.domain, model.base, model.attachment, places)
         assert dense.uv is not None
