@@ -3,7 +3,6 @@ import pytest
 import scipy.sparse as sp
 
 from mien.errors import BadInput
-from mien.fitting.morph import LinearModel, fit_model
 from mien.mesh import Attachment, ClosestPoint, Mesh, closest_point, cotangent_laplacian, vertex_normals
 from mien.register import (
     Anchors,
@@ -256,32 +255,3 @@ def test_sheets_that_touch_part_again():
     there = coarse.attachment(at).points(coarse.mesh.with_vertices(coarse.down(opened)))
     sides = at.points(mesh.with_vertices(opened))[:, 2]
     assert (np.sign(there[:, 2]) == np.sign(sides))[np.abs(sides) > 1].all()
-
-
-def test_a_linear_model_is_recovered():
-    rng = np.random.default_rng(4)
-    modes = np.stack([np.cos(f * MESH.vertices[:, [0]] / 50) * rng.normal(size=3) for f in (1.0, 2.0, 3.0, 4.0)])
-    model = LinearModel(
-        MESH.vertices, MESH.faces, 3 * modes, np.zeros(4), np.full(4, 2.0), np.full(4, -np.inf), np.full(4, np.inf)
-    )
-    truth = np.array([0.8, -1.2, 0.5, 1.0])
-    T = Transform(rotation_from_vector(np.array([0.05, -0.04, 0.08])), np.array([2.0, -1, 3]))
-    target = MESH.with_vertices(T.apply(model.vertices(truth)))
-    at = Attachment(np.arange(0, len(MESH.faces), 60), np.full((len(range(0, len(MESH.faces), 60)), 3), 1 / 3))
-    anchors = Anchors(at, at.points(target), np.ones(len(at.faces)))
-    found = fit_model(model, Surface(target), anchors, np.ones(len(MESH.vertices)))
-    assert found.converged
-    np.testing.assert_allclose(found.coefficients, truth, atol=0.1)
-    placed = found.T_model_target.apply(target.vertices)
-    assert np.linalg.norm(placed - found.vertices, axis=1).max() < 0.5
-
-
-def test_bounds_of_a_model_hold():
-    modes = np.zeros((1, len(MESH.vertices), 3))
-    modes[0, :, 2] = MESH.vertices[:, 0] ** 2 / 100
-    model = LinearModel(MESH.vertices, MESH.faces, modes, np.zeros(1), np.ones(1), np.zeros(1), np.ones(1))
-    target = MESH.with_vertices(model.vertices(np.array([-0.7])))
-    at = Attachment(np.arange(0, 1000, 50), np.full((20, 3), 1 / 3))
-    anchors = Anchors(at, at.points(target), np.ones(20))
-    found = fit_model(model, Surface(target), anchors, np.ones(len(MESH.vertices)))
-    np.testing.assert_allclose(found.coefficients, 0, atol=1e-12)

@@ -10,7 +10,7 @@ from mien.errors import BadInput
 from mien.faces.bundled import load_face
 from mien.faces.scan_clean import cleaned, mended, outward, welded, wound_alike
 from mien.fitting.register_scan import RegisterConfig, register_scan, registered_rig
-from mien.fitting.template_parts import TemplateParts, carried
+from mien.fitting.template_parts import TemplateParts, extrapolate_hidden
 from mien.io.gltf import read_rig
 from mien.io.meshes import read_scan, write_mesh
 from mien.landmarks.detector import bundled_landmarks
@@ -221,7 +221,7 @@ def test_hidden_skin_goes_with_what_is_shown():
     rest = face.rig.neutral.vertices[body.skin]
     shown = body.trust[body.skin] > 0
     moved = np.where(shown[:, None], rest + np.array([0.0, 0, 5]), rest)
-    after = carried(Template(Mesh(rest, body.skin_triangles)), moved, shown)
+    after = extrapolate_hidden(Template(Mesh(rest, body.skin_triangles)), moved, shown)
     np.testing.assert_array_equal(after[shown], moved[shown])
     assert np.abs(after - rest - np.array([0.0, 0, 5])).max() < 0.5
 

@@ -76,9 +76,7 @@ def fit_identity(
     return IdentityFit(coefficients, neutral, T, held, float(standoff), residuals)
 
 
-def on_closest(
-    fit: IdentityFit, cloud: Float[np.ndarray, "markers 3"], region: np.ndarray
-) -> IdentityFit:
+def on_closest(fit: IdentityFit, cloud: Float[np.ndarray, "markers 3"], region: np.ndarray) -> IdentityFit:
     """The same person and pose with every marker at its closest point: neighbours keep their true distances."""
     points = fit.T_face_head.apply(cloud)
     held = _closest(fit.neutral, region, points, fit.standoff_mm)

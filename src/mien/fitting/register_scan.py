@@ -15,8 +15,18 @@ from ..register.correspond import Rejection, Surface
 from ..register.nonrigid import Anchors, NonrigidConfig, Template
 from ..rig import Rig
 from ..transforms import Transform
-from .morph import LinearModel, MorphConfig, fit_model
-from .template_parts import TemplateParts, carried, parts_follow
+from .morphable import (
+    PEOPLE_BOUND,
+    FaceFit,
+    FitConfig,
+    MorphableModel,
+    fit_face,
+    identity_model,
+    with_expressions,
+)
+from .shrink_wrap import WrapStage, shrink_wrap
+from .template_parts import TemplateParts, extrapolate_hidden
+from .terms import landmark_term, surface_term
 
 SET_ASIDE = ("eyeLook", "tongueOut", "mouthClose")
 """Shapes that a scan's surface says nothing of, by the beginnings of their names."""
@@ -43,7 +53,12 @@ class RegisterConfig:
     landmark_slack: float = 4.0
     """A landmark this far from the fitted model's counts a quarter, mm."""
     lift: LiftConfig = field(default_factory=LiftConfig)
-    morph: MorphConfig = field(default_factory=lambda: MorphConfig(landmark_sigma=3.0))
+    landmark_sigma: float = 3.0
+    """How wrong a landmark is expected to be in the model fit."""
+    surface_sigma: tuple[float, ...] = (8.0, 4.0, 2.0, 1.2, 0.8)
+    """How far the surface is expected to be from the model, step by step: it begins to count late."""
+    steps: int = 3
+    """Gauss-Newton rounds at each of `surface_sigma`."""
     first: NonrigidConfig = field(
         default_factory=lambda: NonrigidConfig(
             markers=2.0, membrane=0.3, closest=(0.01, 0.03), coarse=(), rounds=2, rejection=Rejection(max_distance=8.0)
@@ -120,12 +135,15 @@ def register_scan(
     anchors = _anchors(landmarks, bundled_landmarks(), landmarks.T_face_scan.apply(landmarks.points))
     fitted, identity, weights = _fit_model(face, body, Surface(target), anchors, landmarks.scores, config)
     progress.update("registering", 2, 4)
-    T_face_scan = fitted.T_model_target @ landmarks.T_face_scan
-    surface = Surface(target.with_vertices(fitted.T_model_target.apply(target.vertices)))
-    anchors = replace(anchors, points=fitted.T_model_target.apply(anchors.points))
+    T_model_target = fitted.state.T_target_model.inverse()
+    T_face_scan = T_model_target @ landmarks.T_face_scan
+    surface = Surface(target.with_vertices(T_model_target.apply(target.vertices)))
+    anchors = replace(anchors, points=T_model_target.apply(anchors.points))
     anchors = _believed(anchors, face.rig.neutral.with_vertices(fitted.vertices), config.landmark_slack)
     colored = scan.texture is not None or scan.mesh.colors is not None
-    mesh = _shrink_wrap(face, body, fitted.vertices, surface, anchors, LIPS_AND_LIDS + BROWS * colored, config)
+    stages = _wrap_stages(anchors, LIPS_AND_LIDS + BROWS * colored, config)
+    start = face.rig.neutral.with_vertices(fitted.vertices)
+    mesh = shrink_wrap(face, body, start, surface, stages, body.trusted(config.off_face))
     progress.update("registering", 3, 4)
     mesh, trust = _refined(face, body, mesh, surface, anchors, config)
     distances, reliable = _quality(mesh, surface, trust, config)
@@ -162,48 +180,43 @@ def _fit_model(face: BundledFace, body: TemplateParts, surface: Surface, anchors
     names = [n for n in face.rig.names if not n.startswith(SET_ASIDE)]
     people = len(face.identity.modes)
     trust = face.regions["face"] * (body.trust > 0)
-    rough = fit_model(_model(face, face.rig.deltas, names, scores, config), surface, anchors, trust, config.morph)
-    neutral = face.rig.neutral.vertices + face.identity.displacement(rough.coefficients[:people])
+    sigma = np.repeat(config.surface_sigma, config.steps).tolist()
+    rough = _fit(_model(face, face.rig.deltas, names, scores, config), surface, anchors, trust, sigma, None, config)
+    neutral = face.rig.neutral.vertices + face.identity.displacement(rough.state.coefficients[:people])
     model = _model(face, face.fitted_deltas(neutral), names, scores, config)
-    last = replace(config.morph, surface_sigma=config.morph.surface_sigma[-2:])
-    fitted = fit_model(model, surface, anchors, trust, last, rough)
-    weights = dict(zip(names, fitted.coefficients[people:].tolist(), strict=True))
-    return fitted, fitted.coefficients[:people], weights
+    fitted = _fit(model, surface, anchors, trust, sigma[-2 * config.steps :], rough.state, config)
+    identity, expression = np.split(fitted.state.coefficients, [people])
+    return fitted, identity, dict(zip(names, expression.tolist(), strict=True))
 
 
-def _model(face: BundledFace, deltas: np.ndarray, names: list[str], scores: dict[str, float], config) -> LinearModel:
+def _fit(model: MorphableModel, surface: Surface, anchors: Anchors, trust, sigma, start, config) -> FaceFit:
+    """The model on surface and landmarks, one round at each of `sigma`."""
+    terms = {
+        "surface": surface_term(model, surface, trust, sigma=sigma),
+        "landmarks": landmark_term(
+            model, anchors.attachment, anchors.points, anchors.weights, sigma=config.landmark_sigma
+        ),
+    }
+    return fit_face(model, terms, FitConfig(rounds=len(sigma)), start)
+
+
+def _model(face: BundledFace, deltas: np.ndarray, names: list[str], scores: dict[str, float], config) -> MorphableModel:
     """The bundled face with identity and expression as one linear model; expressions are expected as seen."""
-    people, neutral = len(face.identity.modes), face.rig.neutral
-    return LinearModel(
-        mean=neutral.vertices,
-        faces=neutral.faces,
-        modes=np.concatenate([face.identity.modes, deltas[[face.rig.index(n) for n in names]]]),
-        expected=np.r_[np.zeros(people), [config.score_share * scores.get(n, 0.0) for n in names]],
-        spread=np.r_[np.full(people, config.identity_spread), np.full(len(names), config.expression_spread)],
-        lower=np.r_[np.full(people, -3.5), np.zeros(len(names))],
-        upper=np.r_[np.full(people, 3.5), np.ones(len(names))],
-    )
+    people = identity_model(face, config.identity_spread, PEOPLE_BOUND)
+    expected = np.array([config.score_share * scores.get(n, 0.0) for n in names])
+    chosen = deltas[[face.rig.index(n) for n in names]]
+    return with_expressions(people, chosen, expected, config.expression_spread)
 
 
 BROWS = ("brow_left", "brow_right")
 LIPS_AND_LIDS = ("lips_outer", "lips_inner", "eye_left", "eye_right")
 
 
-def _shrink_wrap(
-    face, body: TemplateParts, start: np.ndarray, surface: Surface, anchors: Anchors, sure: tuple[str, ...], config
-) -> Mesh:
-    """Eq. 7 on the skin, stiff (landmarks of the `sure` groups fully) and then soft; eyes and teeth follow rigidly."""
-    whole = face.rig.neutral.with_vertices(start)
-    template = Template(Mesh(start[body.skin], body.skin_triangles))
-    trust = body.trusted(config.off_face)[body.skin]
-    anchors = replace(anchors, attachment=body.attached(anchors.attachment))
+def _wrap_stages(anchors: Anchors, sure: tuple[str, ...], config) -> list[WrapStage]:
+    """Stiff (landmarks of the `sure` groups fully, the others a little), then soft (lips and lids alone)."""
     held, first = _of_groups(anchors, LIPS_AND_LIDS), _of_groups(anchors, sure)
     all_held = replace(first, weights=np.maximum(first.weights, config.other_landmarks * anchors.weights))
-    found = template.register(surface, all_held, config.first, trust=trust)
-    found = template.register(surface, held, config.second, start=found.vertices, trust=trust)
-    vertices = start.copy()
-    vertices[body.skin] = carried(template, found.vertices, trust > 0)
-    return whole.with_vertices(parts_follow(face.parts, body.skin, body.trust[body.skin] > 0, start, vertices))
+    return [WrapStage(config.first, all_held), WrapStage(config.second, held)]
 
 
 def _refined(face, body: TemplateParts, mesh: Mesh, surface: Surface, anchors: Anchors, config):
@@ -223,7 +236,7 @@ def _refined(face, body: TemplateParts, mesh: Mesh, surface: Surface, anchors: A
         template = Template(skin, 0)
         found = template.register(surface, on_part, config.fine, trust=trust[members])
         vertices = mesh.vertices.copy()
-        vertices[members] = carried(template, found.vertices, trust[members] > 0)
+        vertices[members] = extrapolate_hidden(template, found.vertices, trust[members] > 0)
         mesh = mesh.with_vertices(vertices)
         held = replace(held, attachment=Attachment(on_skin[there.faces], there.barycentric))
     return mesh, trust

@@ -77,7 +77,7 @@ def _openness(face: BundledFace, directions: int = 64) -> Float[np.ndarray, " n"
     return found
 
 
-def carried(
+def extrapolate_hidden(
     template: Template, vertices: Float[np.ndarray, "n 3"], shown: Bool[np.ndarray, " n"], reach: float = 12.0
 ) -> Float[np.ndarray, "n 3"]:
     """Hidden skin (the mouth's inside, nostrils, behind the lids, ears) goes with the shown skin around it.
@@ -101,7 +101,7 @@ def carried(
     return np.where(shown[:, None], vertices, solved)
 
 
-def parts_follow(
+def move_rigid_parts(
     parts: dict[str, Int[np.ndarray, " _"]],
     skin: Int[np.ndarray, " k"],
     shown: Bool[np.ndarray, " k"],

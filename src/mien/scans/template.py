@@ -10,7 +10,7 @@ from scipy.spatial import KDTree
 
 from ..faces.bundled import BundledFace
 from ..fitting.register_scan import LIPS_AND_LIDS
-from ..fitting.template_parts import TemplateParts, carried, parts_follow
+from ..fitting.template_parts import TemplateParts, extrapolate_hidden, move_rigid_parts
 from ..landmarks.detector import bundled_landmarks
 from ..mesh import Attachment, Mesh, adjacency, closest_point, submesh
 from ..mesh.subdivide import loop_refinement
@@ -61,8 +61,8 @@ class ScanTemplate:
     def whole(self, skin: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "all 3"]:
         """All vertices when the skin is at `skin`: what lies hidden goes with what is shown, parts ride rigidly."""
         before, after = self.mesh.vertices, self.mesh.vertices.copy()
-        after[self.members] = carried(self.skin, skin, self.shown)
-        return parts_follow(self.parts, self.members, self.shown, before, after)
+        after[self.members] = extrapolate_hidden(self.skin, skin, self.shown)
+        return move_rigid_parts(self.parts, self.members, self.shown, before, after)
 
 
 def make_template(mesh: Mesh, face: BundledFace, off_face: float = 0.15) -> ScanTemplate:
