@@ -1,6 +1,6 @@
 """The synthetic stage: a performer, what they perform, sensors with their faults, and the truth to score against."""
 
-from .people.make_performer import PerformerConfig, make_performer
+from .people.make_performer import STRANGER, PerformerConfig, make_performer
 from .people.performer import Performer
 from .people.skin import Skin, SkinConfig, make_skin
 from .people.style import StyleConfig
@@ -14,6 +14,7 @@ from .sensors.scanner import ScanConfig, StagedScan, scan
 from .truth import Truth
 
 __all__ = [
+    "STRANGER",
     "DepthSensor",
     "FilmConfig",
     "HeadMotion",

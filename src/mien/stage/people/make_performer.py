@@ -1,20 +1,27 @@
 """Making performers: random people outside the identity space, each with a style of their own."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Float
 
 from ...errors import BadInput
 from ...faces.bundled import BundledFace, load_face
-from .anatomy import Contact, Hinge, eyeball, jaw_hinge, lid_contact, lip_contact
+from .anatomy import Ball, Contact, Hinge, eyeball, jaw_hinge, lid_contact, lip_contact
 from .fields import symmetric_field
 from .holdout_identities import load_holdout_identities
-from .performer import Performer, feature_basis, keep_off
-from .style import VECTOR, StyleConfig, bows, interactions, jaw_arcs, styled_units
+from .muscles import MuscleConfig, MuscleMotion, SkinMap, muscle_basis
+from .performer import Performer, keep_off
+from .proportions import warp_shape
+from .style import VECTOR, StyleConfig, UnitMotion, bows, interactions, jaw_arcs, styled_units
 
 EYE_WINDOW = 22.0
 """Within this of an eye's centre (mm) the random field turns into a plain shift, so that lids still fit the ball."""
+LIP_OVERLAP = 0.5
+"""Closed lips of a warped face press on one another by this, mm: subdivision opens them by as much."""
+TEETH_BACK = 1.5
+"""Teeth behind lips that a warp may have thinned, mm."""
 
 
 @dataclass(frozen=True)
@@ -29,8 +36,23 @@ class PerformerConfig:
     """How many of those are taken."""
     displacement: float = 1.5
     """Rms of the smooth random displacement over the skin, mm. 0: none."""
+    waves: tuple[float, float] = (35.0, 110.0)
+    """Shortest and longest waves of that field, mm."""
+    warps: float = 0.0
+    """Multiplies the anatomical warps of `proportions`. 0: none."""
+    kind: Literal["bent", "muscles"] = "bent"
+    """How expressions are made: the bundled units bent, or by muscles that know nothing of them."""
     style: StyleConfig = field(default_factory=StyleConfig)
-    """How expressions differ from the generic units."""
+    """How bent units differ from the generic ones; of muscles, how pairs of them interact."""
+    muscles: MuscleConfig = field(default_factory=MuscleConfig)
+    """How this person uses their muscles; unused where units are bent."""
+
+
+STRANGER = PerformerConfig(
+    identity=0.1, holdout=0.0, displacement=2.2, waves=(22.0, 62.0), warps=0.8, kind="muscles",
+    style=StyleConfig(saturation=0.4, mixing=0.35, pairs=60),
+)  # fmt: skip
+"""A person of whom about half lies outside the identity space, moved by muscles: what accuracy is to be judged on."""
 
 
 def make_performer(seed: int, config: PerformerConfig | None = None) -> Performer:
@@ -48,8 +70,9 @@ def make_performer(seed: int, config: PerformerConfig | None = None) -> Performe
     skin = np.zeros(len(shifted), dtype=bool)
     skin[face.parts["skin"]] = True
     lips = lip_contact(face, skin)
-    neutral = _settle(face, shifted, lips, skin)
-    return _assemble(face, neutral, skin, lips, config.style, rng_style)
+    rounds, overlap = (40, LIP_OVERLAP) if config.warps > 0 else (12, 0.0)
+    neutral = _settle(face, shifted, lips, skin, rounds, overlap)
+    return _assemble(face, neutral, skin, lips, config, rng_style)
 
 
 def random_shape(
@@ -60,15 +83,19 @@ def random_shape(
     shape = face.identity.displacement(coefficients)
     shape = shape + _holdout(config, rng)
     points = face.rig.neutral.vertices
-    noise = symmetric_field(rng, points, (35.0, 110.0), VECTOR, asymmetry=0.35)
-    noise *= config.displacement / np.sqrt((noise[face.parts["skin"]] ** 2).sum(axis=1).mean())
+    own = symmetric_field(rng, points, config.waves, VECTOR, asymmetry=0.35)
+    own *= config.displacement / np.sqrt((own[face.parts["skin"]] ** 2).sum(axis=1).mean())
+    if config.warps > 0:
+        own += config.warps * warp_shape(face, 0.25, rng)
     for side in ("Left", "Right"):
         ball = eyeball(face, points, side)
         window = np.exp(-((np.linalg.norm(points - ball.centre, axis=1) / EYE_WINDOW) ** 4))[:, None]
-        noise = (1 - window) * noise + window * noise[ball.vertices].mean(axis=0)
+        own = (1 - window) * own + window * own[ball.vertices].mean(axis=0)
+    back = [0.0, 0.0, TEETH_BACK if config.warps > 0 else 0.0]
+    jaw = own[face.parts["upper_teeth"]].mean(axis=0) - back
     for teeth in ("upper_teeth", "lower_teeth", "tongue"):
-        noise[face.parts[teeth]] = noise[face.parts["upper_teeth"]].mean(axis=0)
-    return shape + noise
+        own[face.parts[teeth]] = jaw
+    return shape + own
 
 
 def _holdout(config: PerformerConfig, rng: np.random.Generator) -> Float[np.ndarray, "n 3"]:
@@ -82,12 +109,15 @@ def _holdout(config: PerformerConfig, rng: np.random.Generator) -> Float[np.ndar
     return np.tensordot(config.holdout * rng.uniform(0.3, 1.0, len(picked)), targets[picked], axes=1)
 
 
-def _settle(face: BundledFace, vertices: np.ndarray, lips: Contact, skin: np.ndarray) -> np.ndarray:
+def _settle(
+    face: BundledFace, vertices: np.ndarray, lips: Contact, skin: np.ndarray, rounds: int, overlap: float
+) -> np.ndarray:
     """Close the lips and keep the lids outside the eyeballs."""
     vertices = vertices.copy()
-    for _ in range(12):
+    for _ in range(rounds):
         upper, lower = lips.points(vertices)
-        half = ((upper - lower) * lips.normal).sum(axis=1)[:, None] * lips.normal / 2
+        apart = ((upper - lower) * lips.normal).sum(axis=1) + overlap
+        half = apart[:, None] * lips.normal / 2
         vertices[lips.vertices] += lips.follow_lower @ half - lips.follow_upper @ half
     usual = face.rig.neutral.vertices
     for side in ("Left", "Right"):
@@ -97,30 +127,53 @@ def _settle(face: BundledFace, vertices: np.ndarray, lips: Contact, skin: np.nda
 
 
 def _assemble(
-    face: BundledFace, neutral: np.ndarray, skin: np.ndarray, lips: Contact, style: StyleConfig,
+    face: BundledFace, neutral: np.ndarray, skin: np.ndarray, lips: Contact, config: PerformerConfig,
     rng: np.random.Generator,
 ) -> Performer:
     """The performer on a finished neutral face."""
-    rig = face.rig.with_shapes(face.rig.neutral, face.fitted_deltas(neutral))
+    average = face.rig.neutral.vertices
     eyes = {side: eyeball(face, neutral, side) for side in ("Left", "Right")}
-    lids = {side: lid_contact(face, eyeball(face, rig.neutral.vertices, side), side, skin) for side in eyes}
+    made = _by_muscles if config.kind == "muscles" else _by_bent_units
+    motion, basis, units = made(face, neutral, eyes, config, rng)
+    performer = Performer(
+        neutral=face.rig.neutral.with_vertices(neutral),
+        names=face.rig.names,
+        units=units,
+        motion=motion,
+        basis=basis,
+        eyes=eyes,
+        lids={side: lid_contact(face, eyeball(face, average, side), side, skin) for side in eyes},
+        lips=lips,
+        rigid=tuple(face.parts[p] for p in ("left_eye", "right_eye", "upper_teeth", "lower_teeth")),
+        skin=skin,
+    )
+    if config.kind == "muscles":
+        alone = performer.vertices(np.eye(len(performer.names))) - neutral
+        return replace(performer, units=alone)
+    return performer
+
+
+def _by_muscles(
+    face: BundledFace, neutral: np.ndarray, eyes: dict[str, Ball], config: PerformerConfig, rng: np.random.Generator
+) -> tuple[MuscleMotion, np.ndarray, np.ndarray]:
+    """Motion, basis, and units that are yet to be played."""
+    where = SkinMap(face.rig.neutral.with_vertices(neutral), face)
+    motion, basis = muscle_basis(where, eyes, config.muscles, config.style, rng)
+    return motion, basis, np.zeros((len(face.rig.names), *neutral.shape))
+
+
+def _by_bent_units(
+    face: BundledFace, neutral: np.ndarray, eyes: dict[str, Ball], config: PerformerConfig, rng: np.random.Generator
+) -> tuple[UnitMotion, np.ndarray, np.ndarray]:
+    """Motion, basis and units of a person who bends the generic ones."""
+    style, rig = config.style, face.rig.with_shapes(face.rig.neutral, face.fitted_deltas(neutral))
     generic = jaw_hinge(rig, face.parts["lower_teeth"])
     shift = (neutral - rig.neutral.vertices)[face.parts["lower_teeth"]].mean(axis=0) * [0, 1, 1]
     hinge = Hinge(generic.centre + shift, generic.angle * (1 + 0.5 * style.gain * float(np.clip(rng.normal(), -2, 2))))
     units = styled_units(rig, neutral, (generic, hinge), style, rng)
     bends = bows(rig, units, eyes, neutral, style, rng)
     jaw, close = (jaw_arcs(units[rig.index(name)], neutral, hinge) for name in ("jawOpen", "mouthClose"))
-    pairs = interactions(rig, units, neutral, style, rng)
-    return Performer(
-        neutral=rig.neutral.with_vertices(neutral),
-        names=rig.names,
-        units=units,
-        basis=feature_basis(units, bends, [jaw[0], close[0], jaw[1], close[1]], pairs),
-        interactions=pairs,
-        hinge=hinge,
-        eyes=eyes,
-        lids=lids,
-        lips=lips,
-        rigid=tuple(face.parts[p] for p in ("left_eye", "right_eye", "upper_teeth", "lower_teeth")),
-        skin=skin,
-    )
+    pairs = interactions(rig.names, units, neutral, style, rng)
+    motion = UnitMotion((rig.index("jawOpen"), rig.index("mouthClose")), hinge.angle, pairs)
+    fields = np.concatenate([units, bends, np.stack([jaw[0], close[0], jaw[1], close[1]]), pairs.fields])
+    return motion, fields.reshape(len(fields), -1), units

@@ -7,8 +7,9 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ...mesh import Mesh
-from .anatomy import Ball, Contact, Hinge, rigid_motion
-from .style import Interactions
+from .anatomy import Ball, Contact, rigid_motion
+from .muscles import MuscleMotion
+from .style import UnitMotion
 
 CHUNK = 64
 """Frames worked on at a time."""
@@ -24,10 +25,10 @@ class Performer:
     """The ARKit names, one a weight."""
     units: Float[np.ndarray, "shapes n 3"]
     """Each unit made alone at full weight, before lids and lips meet, mm."""
+    motion: UnitMotion | MuscleMotion
+    """Weights (frames, shapes) -> features (frames, features)."""
     basis: Float[np.ndarray, "features n3"]
     """Displacement fields, flattened, one a feature."""
-    interactions: Interactions
-    hinge: Hinge
     eyes: dict[str, Ball]
     """"Left" and "Right", in this person's face."""
     lids: dict[str, Contact]
@@ -83,7 +84,7 @@ class Performer:
 
     def _chunk(self, weights: np.ndarray) -> np.ndarray:
         rest = self.neutral.vertices
-        points = (self.features(weights) @ self.basis).reshape(len(weights), -1, 3)
+        points = (self.motion(weights) @ self.basis).reshape(len(weights), -1, 3)
         points += rest
         for part in self.rigid:
             points[:, part] = _as_body(rest[part], points[:, part])
@@ -93,24 +94,6 @@ class Performer:
         jaw, close = (weights[:, self.names.index(name)] for name in ("jawOpen", "mouthClose"))
         part_lips(points, rest, self.lips, np.where(jaw > 0.01, close / np.maximum(jaw, 0.01), 0.0))
         return points
-
-    def features(self, weights: Float[np.ndarray, "frames shapes"]) -> Float[np.ndarray, "frames features"]:
-        """Functions of the weights that the basis goes with: w, 4 w (1 - w), jaw arcs, products of pairs."""
-        A = self.hinge.angle
-        jaw = weights[:, [self.names.index("jawOpen"), self.names.index("mouthClose")]]
-        arcs = [np.sin(jaw * A) - jaw * np.sin(A), (1 - np.cos(jaw * A)) - jaw * (1 - np.cos(A))]
-        opened = weights.copy()
-        opened[:, self.names.index("jawOpen")] = np.maximum(jaw[:, 0] - jaw[:, 1], 0.0)
-        pairs = opened[:, self.interactions.first] * opened[:, self.interactions.second]
-        return np.concatenate([weights, 4 * weights * (1 - weights), *arcs, pairs], axis=1)
-
-
-def feature_basis(
-    units: np.ndarray, bends: np.ndarray, arcs: list[np.ndarray], pairs: Interactions
-) -> Float[np.ndarray, "features n3"]:
-    """Fields in the order of `Performer.features`; arcs are (P jaw, P close, Q jaw, Q close)."""
-    fields = np.concatenate([units, bends, np.stack(arcs), pairs.fields])
-    return fields.reshape(len(fields), -1)
 
 
 def _as_body(rest: np.ndarray, moved: np.ndarray) -> np.ndarray:

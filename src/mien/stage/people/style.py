@@ -178,6 +178,26 @@ def jaw_arcs(
 
 
 @dataclass(frozen=True)
+class UnitMotion:
+    """From weights to what the fields of bent units go with: w, 4 w (1 - w), jaw arcs, products of pairs."""
+
+    jaw: tuple[int, int]
+    """Which weights are `jawOpen` and `mouthClose`."""
+    angle: float
+    """Turn of the jaw at full opening, radians."""
+    pairs: "Interactions"
+
+    def __call__(self, weights: Float[np.ndarray, "frames shapes"]) -> Float[np.ndarray, "frames features"]:
+        """Features in the order of the basis."""
+        A, jaw = self.angle, weights[:, list(self.jaw)]
+        arcs = [np.sin(jaw * A) - jaw * np.sin(A), (1 - np.cos(jaw * A)) - jaw * (1 - np.cos(A))]
+        opened = weights.copy()
+        opened[:, self.jaw[0]] = np.maximum(jaw[:, 0] - jaw[:, 1], 0.0)
+        pairs = opened[:, self.pairs.first] * opened[:, self.pairs.second]
+        return np.concatenate([weights, 4 * weights * (1 - weights), *arcs, pairs], axis=1)
+
+
+@dataclass(frozen=True)
 class Interactions:
     """What pairs of units do when made together, beyond adding up: w_k w_l times a field."""
 
@@ -189,12 +209,12 @@ class Interactions:
 
 
 def interactions(
-    rig: Rig, units: Float[np.ndarray, "shapes n 3"], points: Float[np.ndarray, "n 3"], config: StyleConfig,
-    rng: np.random.Generator,
+    names: tuple[str, ...], units: Float[np.ndarray, "shapes n 3"], points: Float[np.ndarray, "n 3"],
+    config: StyleConfig, rng: np.random.Generator,
 ) -> Interactions:
     """Fields for the `config.pairs` most overlapping pairs: a loss along the common motion, and a random part."""
     size = np.linalg.norm(units, axis=2)
-    pairs = _overlapping(rig, size, config.pairs)
+    pairs = _overlapping(names, size, config.pairs)
     fields = np.zeros((len(pairs), *points.shape))
     for p, (k, l) in enumerate(pairs):
         smaller = size[k] * size[l] / np.maximum(size[k] + size[l], 1e-6)
@@ -208,10 +228,10 @@ def interactions(
     return Interactions(index[:, 0], index[:, 1], fields)
 
 
-def _overlapping(rig: Rig, size: Float[np.ndarray, "shapes n"], count: int) -> list[tuple[int, int]]:
+def _overlapping(names: tuple[str, ...], size: Float[np.ndarray, "shapes n"], count: int) -> list[tuple[int, int]]:
     """Pairs of units in falling order of their common motion; never gaze, tongue, blinks, or what undoes the jaw."""
     left_out = (*FREE, "eyeBlink", "mouthClose")
-    usable = [k for k, name in enumerate(rig.names) if not name.startswith(left_out)]
+    usable = [k for k, name in enumerate(names) if not name.startswith(left_out)]
     scored = []
     for a, k in enumerate(usable):
         for l in usable[a + 1 :]:
