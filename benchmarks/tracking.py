@@ -13,6 +13,8 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small products: waking a s
 import argparse
 import json
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import igl
@@ -27,7 +29,8 @@ from mien.mesh import Mesh, loop_subdivide
 from mien.pictures.raycast import depth_image
 from mien.rig import Rig
 from mien.tracking.model import tracking_model
-from mien.tracking.tracker import TrackConfig, begin, prepare, step
+from mien.tracking.tracker import step
+from mien.tracking.tracker_context import initial_state, tracker_context
 from mien.transforms import Transform, rotation_from_vector
 
 CAMERA = Camera(525.0, 525.0, 319.5, 239.5, 640, 480)
@@ -50,15 +53,13 @@ class Laps:
 
     def __init__(self):
         self.stages: dict[str, list[tuple[float, float]]] = {}
-        self.start()
 
-    def start(self) -> None:
-        self.last = time.perf_counter(), time.thread_time()
-
-    def lap(self, stage: str) -> None:
-        now = time.perf_counter(), time.thread_time()
-        self.stages.setdefault(stage, []).append((1000 * (now[0] - self.last[0]), 1000 * (now[1] - self.last[1])))
-        self.last = now
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        wall, own = time.perf_counter(), time.thread_time()
+        yield
+        spent = 1000 * (time.perf_counter() - wall), 1000 * (time.thread_time() - own)
+        self.stages.setdefault(name, []).append(spent)
 
 
 def paper_sized(count: int = 6918) -> tuple[Rig, LandmarkMap]:
@@ -97,13 +98,12 @@ def measure(frames: int) -> dict:
     """Medians and 99th percentiles, ms; the first 20 frames compile and settle."""
     rig, landmarks = paper_sized()
     model = tracking_model(rig, landmarks)
-    config = TrackConfig()
-    tools = prepare(model, CAMERA, config)
-    state, laps, whole = begin(tools, config), Laps(), []
+    laps, whole = Laps(), []
+    context = tracker_context(model, CAMERA, timer=laps)
+    state = initial_state(context)
     for frame, marks in list(stage(rig, landmarks, frames)):
-        laps.start()
-        wall, own = laps.last
-        state, _ = step(tools, frame, marks, state, config, laps)
+        wall, own = time.perf_counter(), time.thread_time()
+        state, _ = step(context, frame, marks, state)
         whole.append((1000 * (time.perf_counter() - wall), 1000 * (time.thread_time() - own)))
     stages = {name: np.median(np.array(values[20:]), axis=0).tolist() for name, values in laps.stages.items()}
     return {

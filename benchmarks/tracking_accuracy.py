@@ -32,8 +32,9 @@ from mien.stage.people.performer import Performer
 from mien.stage.seeds import REPORTING_SEEDS
 from mien.stage.truth import Truth
 from mien.tracking.model import TrackingModel, tracking_model
-from mien.tracking.personalize import personalize
-from mien.tracking.tracker import TrackConfig, TrackResult, begin, prepare, step
+from mien.tracking.person.personalize import personalize
+from mien.tracking.tracker import step
+from mien.tracking.tracker_context import TrackConfig, TrackResult, initial_state, tracker_context
 from mien.transforms import Transform
 
 RATE, CALM = 30.0, 45
@@ -75,11 +76,11 @@ def performance(seed: int, seconds: float) -> np.ndarray:
 
 def tracked(model: TrackingModel, film_: Film, order=None, config=TrackConfig(), late=False) -> list[TrackResult]:
     """Track the film's frames in `order`, at an even clock."""
-    tools, out = prepare(model, film_.take.camera, config), []
-    state, before = begin(tools, config), None
+    context, out = tracker_context(model, film_.take.camera, config), []
+    state, before = initial_state(context), None
     for t, i in enumerate(range(len(film_.frames)) if order is None else order):
         frame = replace(film_.frames[i], time=t / RATE)
-        state, result = step(tools, frame, before if late else film_.marks[i], state, config, late=late)
+        state, result = step(context, frame, before if late else film_.marks[i], state, late=late)
         before = film_.marks[i]
         out.append(result)
     return out
@@ -174,13 +175,12 @@ def drift(model: TrackingModel, film_: Film, frames: int = 3000) -> tuple[float,
 
 def beside_mediapipe(model: TrackingModel, film_: Film) -> float:
     """Frames a second with the landmarker in its thread, one frame late."""
-    config = TrackConfig()
-    tools = prepare(model, film_.take.camera, config)
-    state, done = begin(tools, config), 0
+    context = tracker_context(model, film_.take.camera)
+    state, done = initial_state(context), 0
     with FaceLandmarker("video") as eyes:
         start = time.perf_counter()
         for frame, marks in with_landmarks(film_.frames, eyes, late=True):
-            state, _ = step(tools, frame, marks, state, config, late=True)
+            state, _ = step(context, frame, marks, state, late=True)
             done += 1
         return done / (time.perf_counter() - start)
 

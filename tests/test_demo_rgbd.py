@@ -23,7 +23,7 @@ from mien.rig import Rig
 from mien.rig.retarget import CORRECTIVE
 from mien.stage.script.repeated_script import REPEATED, repeated_script
 from mien.tracking.fit import FitConfig
-from mien.tracking.pipeline import TakeConfig, track_take
+from mien.tracking.pipeline import TrackTakeConfig, track_take
 
 FRAMES = 12
 
@@ -245,7 +245,7 @@ def test_frames_that_a_live_source_missed_are_held(shell):
         return now[0]
 
     replay = replace(take, frames=lambda: live_frames(Replay(take, clock=clock, sleep=lambda s: None)))
-    out = track_take(replay, stage.person(), stage.landmarks(), stage.Told(told), TakeConfig(late=True))
+    out = track_take(replay, stage.person(), stage.landmarks(), stage.Told(told), TrackTakeConfig(live=True))
     assert out.missed > 0
     performance = out.performance
     assert len(performance) == FRAMES
@@ -259,7 +259,7 @@ def test_colour_alone_is_fitted_by_weights_of_its_own():
     colour = replace(take, has_depth=False, frames=lambda: (replace(frame, depth=None) for frame in take))
     moved = []
     for fit in (FitConfig(alone=13.8, scores=0.0), FitConfig(alone=0.0, scores=0.0)):
-        config = TakeConfig(video=fit)
+        config = TrackTakeConfig(video=fit)
         out = track_take(colour, stage.person(), stage.landmarks(), landmarker, config)
         moved.append(out.performance.weights[:, stage.person().index("jawOpen")].max())
         assert not out.learnt

@@ -16,7 +16,9 @@ from mien.mesh import vertex_normals
 from mien.rig import Rig
 from mien.tracking.correctives import CorrectiveBasis, CorrectiveConfig, with_correctives
 from mien.tracking.pipeline import T_WORLD_CAMERA, track_frames, track_take
-from mien.tracking.tracker import TrackConfig, begin, prepare, steadied, step
+from mien.tracking.rigid import damp_pose
+from mien.tracking.tracker import step
+from mien.tracking.tracker_context import TrackConfig, initial_state, tracker_context
 
 FRAMES = 30
 
@@ -45,14 +47,14 @@ def errors(results, weights, poses, field="vertices"):
 
 @cache
 def tools_for(config):
-    return prepare(stage.model(), stage.CAMERA, config)
+    return tracker_context(stage.model(), stage.CAMERA, config)
 
 
 def run(frames, marks, config=TrackConfig(), late=False):
-    tools = tools_for(config)
-    state, results = begin(tools, config), []
+    context = tools_for(config)
+    state, results = initial_state(context), []
     for frame, landmarks in zip(frames, marks, strict=True):
-        state, result = step(tools, frame, landmarks, state, config, late=late)
+        state, result = step(context, frame, landmarks, state, late=late)
         results.append(result)
     return results
 
@@ -86,11 +88,13 @@ def test_a_still_head_does_not_tremble():
 
 def test_small_motion_is_held_back_and_large_motion_let_through():
     m, before = stage.model(), stage.pose((0.1, 0.2, 0.0))
+    points, centre = m.neutral.astype(float), m.centre
     nudged, gone = stage.pose((0.1, 0.2, 0.0), (0.2, 0, 0)), stage.pose((0.15, 0.1, 0.0), (5, 3, 0))
-    half = steadied(m, before, nudged, 0.2)
+    half = damp_pose(points, centre, before, nudged, 0.2)
     np.testing.assert_allclose(half.translation - before.translation, [0.1, 0, 0], atol=1e-9)
-    np.testing.assert_allclose(steadied(m, before, gone, 0.2).apply(m.neutral), gone.apply(m.neutral), atol=0.06)
-    for same in (steadied(m, before, gone, 0.0), steadied(m, gone, gone, 0.2)):
+    through = damp_pose(points, centre, before, gone, 0.2)
+    np.testing.assert_allclose(through.apply(m.neutral), gone.apply(m.neutral), atol=0.06)
+    for same in (damp_pose(points, centre, before, gone, 0.0), damp_pose(points, centre, gone, gone, 0.2)):
         np.testing.assert_allclose(same.apply(m.neutral), gone.apply(m.neutral), atol=1e-9)
 
 

@@ -19,8 +19,16 @@ from mien.tracking.adaptive import (
     weighted_subspace,
 )
 from mien.tracking.adaptive import _smoothness as smoothness
-from mien.tracking.landmark_bias import BiasConfig, Rest, above, corrected, learn, learn_rest, no_bias
-from mien.tracking.preprocess_frame import ObserveConfig, Sighting, observe
+from mien.tracking.landmark_bias import (
+    BiasConfig,
+    learn_baseline,
+    learn_bias,
+    no_baseline,
+    no_bias,
+    subtract_baseline,
+    subtract_bias,
+)
+from mien.tracking.preprocess_frame import FrameObservation, PreprocessConfig, preprocess_frame
 from mien.tracking.rigid import RigidConfig, correspond
 
 
@@ -81,15 +89,15 @@ def normals_of(m):
 def seen(weights, T, base=None):
     rig = stage.person()
     frame, marks = stage.sensed(rig, weights, T), stage.told(rig, weights, T)
-    return observe(frame, stage.CAMERA, base, marks, ObserveConfig(radius=0))
+    return preprocess_frame(frame, stage.CAMERA, base, marks, PreprocessConfig(radius=0))
 
 
 def test_depth_and_features_pull_the_neutral_to_the_expression(deformation):
     rig, m, T = stage.person(), stage.model(), stage.pose((0.1, 0.2, 0))
     truth = stage.named(rig, cheekPuff=0.5, jawOpen=0.1)
-    sighting = seen(truth, T)
-    match = correspond(m.neutral, normals_of(m), T, sighting, RigidConfig())
-    features = feature_offsets(m, m.neutral, sighting, T, 12.0)
+    observation = seen(truth, T)
+    match = correspond(m.neutral, normals_of(m), T, observation, RigidConfig())
+    features = feature_offsets(m, m.neutral, observation, T, 12.0)
     v2 = m.neutral + deformation.with_depth(depth_offsets(match, T), features)
     normals = vertex_normals(m.blend(truth).astype(float), m.faces)
     seen_at = m.share * (match.weight > 0)
@@ -100,26 +108,26 @@ def test_depth_and_features_pull_the_neutral_to_the_expression(deformation):
 def test_feature_offsets_end_on_the_line_of_sight():
     """Eq. 4 with its right-hand side put right: q lies on the feature's line of sight."""
     rig, m, T = stage.person(), stage.model(), stage.pose((0.1, 0.2, 0))
-    sighting = seen(stage.named(rig, jawOpen=0.2), T)
-    wanted = feature_offsets(m, m.neutral, sighting, T, 50.0, use_depth=False)
+    observation = seen(stage.named(rig, jawOpen=0.2), T)
+    wanted = feature_offsets(m, m.neutral, observation, T, 50.0, use_depth=False)
     goal = T.apply(m.picks @ m.neutral.astype(float) + wanted)
-    np.testing.assert_allclose(goal[:, :2] / goal[:, 2:], sighting.sight[list(FEATURES)], atol=1e-9)
-    assert not feature_offsets(m, m.neutral, sighting.without_landmarks(), T, 50.0).any()
+    np.testing.assert_allclose(goal[:, :2] / goal[:, 2:], observation.rays[list(FEATURES)], atol=1e-9)
+    assert not feature_offsets(m, m.neutral, observation.without_landmarks(), T, 50.0).any()
 
 
 def test_a_feature_far_off_is_not_believed():
     rig, m, T = stage.person(), stage.model(), stage.pose()
-    sighting = seen(np.zeros(len(rig.names)), T)
-    sight = sighting.sight.copy()
-    sight[FEATURES[3]] += 0.1
-    wanted = feature_offsets(m, m.neutral, sighting.moved(sight), T, 12.0)
+    observation = seen(np.zeros(len(rig.names)), T)
+    rays = observation.rays.copy()
+    rays[FEATURES[3]] += 0.1
+    wanted = feature_offsets(m, m.neutral, observation.moved(rays), T, 12.0)
     assert not wanted[3].any()
 
 
 def test_depth_offsets_are_along_the_surface_s_normal():
     m, T = stage.model(), stage.pose()
-    sighting = seen(np.zeros(m.shapes), stage.pose(shift=(3, 0, 4)))
-    match = correspond(m.neutral, normals_of(m), T, sighting, RigidConfig())
+    observation = seen(np.zeros(m.shapes), stage.pose(shift=(3, 0, 4)))
+    match = correspond(m.neutral, normals_of(m), T, observation, RigidConfig())
     offsets = depth_offsets(match, T) @ T.rotation.T
     assert np.abs(np.cross(offsets, match.plane)).max() < 1e-3
     gaps = ((match.found - match.points) * match.plane).sum(1)
@@ -155,34 +163,34 @@ def test_standing_errors_that_go_with_the_turn_are_learnt_and_taken_out():
         yaw = rng.uniform(-0.3, 0.3)
         T = stage.pose((0.0, yaw, 0.0))
         points = T.apply(m.picks @ m.neutral.astype(float))
-        sight = np.zeros((478, 2))
+        rays = np.zeros((478, 2))
         wrong = slope * yaw / 0.2
-        sight[list(FEATURES)] = (points[:, :2] + wrong) / points[:, 2:]
-        raw = Sighting(None, stage.CAMERA, sight)
-        better = corrected(raw, bias, m, T, config)
-        left = (better.sight[list(FEATURES)] - points[:, :2] / points[:, 2:]) * points[:, 2:]
+        rays[list(FEATURES)] = (points[:, :2] + wrong) / points[:, 2:]
+        raw = FrameObservation(None, stage.CAMERA, rays)
+        better = subtract_bias(raw, bias, m, T, config)
+        left = (better.rays[list(FEATURES)] - points[:, :2] / points[:, 2:]) * points[:, 2:]
         errors.append(np.linalg.norm(left - np.median(left, 0), axis=1).mean())
-        bias = learn(bias, m, m.neutral, raw, T, config)
+        bias = learn_bias(bias, m, m.neutral, raw, T, config)
     assert np.mean(errors[-20:]) < 0.1 * np.mean(errors[:5])
 
 
 def test_no_memory_means_no_correction():
     m, T, config = stage.model(), stage.pose(), BiasConfig(memory=0.0)
-    sighting = seen(np.zeros(m.shapes), T)
-    assert not learn(no_bias(), m, m.neutral, sighting, T, config).coefficients.any()
-    assert corrected(sighting, no_bias(), m, T, config) is sighting
-    blind = replace(sighting, sight=None)
-    assert corrected(blind, no_bias(), m, T, BiasConfig()) is blind
+    observation = seen(np.zeros(m.shapes), T)
+    assert not learn_bias(no_bias(), m, m.neutral, observation, T, config).coefficients.any()
+    assert subtract_bias(observation, no_bias(), m, T, config) is observation
+    blind = replace(observation, rays=None)
+    assert subtract_bias(blind, no_bias(), m, T, BiasConfig()) is blind
 
 
 def test_scores_are_counted_from_what_the_landmarker_scores_at_rest():
-    config, rest = BiasConfig(calm=100.0), Rest(np.zeros(2), 0.0)
+    config, baseline = BiasConfig(calm=100.0), no_baseline(2)
     for t in range(300):
         truth = np.array([np.sin(t / 30) ** 2, 0.0])
-        rest = learn_rest(rest, 0.4 + 0.6 * truth, truth + 0.3 * (truth - 0.5) * [1, 0], config)
-    np.testing.assert_allclose(rest.level[1], 0.4, atol=1e-6)
-    np.testing.assert_allclose(above(np.array([0.2, 0.7]), rest)[1], 0.5, atol=1e-6)
-    assert above(np.array([0.0, 0.4]), rest).max() < 1e-6
-    unseen = learn_rest(rest, np.full(2, np.nan), np.zeros(2), config)
-    np.testing.assert_array_equal(unseen.level, rest.level)
-    assert learn_rest(rest, np.ones(2), np.zeros(2), BiasConfig(calm=0.0)) is rest
+        baseline = learn_baseline(baseline, 0.4 + 0.6 * truth, truth + 0.3 * (truth - 0.5) * [1, 0], config)
+    np.testing.assert_allclose(baseline.level[1], 0.4, atol=1e-6)
+    np.testing.assert_allclose(subtract_baseline(np.array([0.2, 0.7]), baseline)[1], 0.5, atol=1e-6)
+    assert subtract_baseline(np.array([0.0, 0.4]), baseline).max() < 1e-6
+    unseen = learn_baseline(baseline, np.full(2, np.nan), np.zeros(2), config)
+    np.testing.assert_array_equal(unseen.level, baseline.level)
+    assert learn_baseline(baseline, np.ones(2), np.zeros(2), BiasConfig(calm=0.0)) is baseline

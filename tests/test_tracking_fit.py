@@ -18,10 +18,10 @@ from mien.tracking.fit import (
     normal_equations,
     without_head,
 )
-from mien.tracking.preprocess_frame import ObserveConfig, observe
+from mien.tracking.preprocess_frame import PreprocessConfig, preprocess_frame
 from mien.tracking.rigid import LEVER, RigidConfig, correspond, moved
 
-PLAIN = FitConfig(soft=1e9, features=13.8, gaps=2.0)
+PLAIN = FitConfig(robust_scale_mm=1e9, features=13.8, gaps=2.0)
 IDS = np.array(FEATURES)
 
 
@@ -31,7 +31,7 @@ def scene():
     T = stage.pose((0.1, 0.15, 0.05), (3, 2, 1))
     truth = stage.named(rig, jawOpen=0.35, mouthSmileLeft=0.6, browInnerUp=0.5)
     frame, marks = stage.sensed(rig, truth, T), stage.told(rig, truth, T)
-    return m, T, truth, observe(frame, stage.CAMERA, None, marks, ObserveConfig(radius=0))
+    return m, T, truth, preprocess_frame(frame, stage.CAMERA, None, marks, PreprocessConfig(radius=0))
 
 
 def turned(T, z, centre):
@@ -43,13 +43,13 @@ def turned(T, z, centre):
 @pytest.mark.parametrize("name", ["feature", "gap"])
 def test_landmark_terms_have_the_right_derivative(scene, name):
     """The residual after a small change is the residual before, less the rows times the change."""
-    m, T, _, sighting = scene
+    m, T, _, observation = scene
     x, centre = np.full(m.shapes, 0.2), T.apply(m.centre[None])[0]
 
     def term(x, T):
         if name == "feature":
-            return feature_term(m, IDS, sighting.sight[IDS], x, T, centre, PLAIN)
-        return gap_term(m, sighting.sight, x, T, centre, PLAIN)
+            return feature_term(m, IDS, observation.rays[IDS], x, T, centre, PLAIN)
+        return gap_term(m, observation.rays, x, T, centre, PLAIN)
 
     rows, right = term(x, T)
     rng = np.random.default_rng(0)
@@ -60,16 +60,16 @@ def test_landmark_terms_have_the_right_derivative(scene, name):
         assert np.abs(right - rows @ z - after).max() < tolerance * np.abs(rows @ z).max()
 
 
-def matched(m, x, T, sighting):
+def matched(m, x, T, observation):
     normals = track.vertex_normals(m.blend(x), m.faces)
-    return correspond(m.blend(x), normals, T, sighting, RigidConfig())
+    return correspond(m.blend(x), normals, T, observation, RigidConfig())
 
 
 def test_the_depth_term_has_the_right_derivative(scene):
     """J'r falls by J'J times the change."""
-    m, T, _, sighting = scene
+    m, T, _, observation = scene
     x, centre = np.full(m.shapes, 0.2), T.apply(m.centre[None])[0]
-    match = matched(m, x, T, sighting)
+    match = matched(m, x, T, observation)
     (A, b), _, covered = depth_term(m, match, T, centre, PLAIN)
     z = np.random.default_rng(1).normal(0, 1e-2, m.shapes + 6)
     points = turned(T, z, centre).apply(m.blend(x + z[:-6]).astype(float)).astype(np.float32)
@@ -79,8 +79,8 @@ def test_the_depth_term_has_the_right_derivative(scene):
 
 
 def test_weights_do_not_depend_on_how_finely_the_mesh_is_cut(scene):
-    m, T, _, sighting = scene
-    match = matched(m, np.zeros(m.shapes), T, sighting)
+    m, T, _, observation = scene
+    match = matched(m, np.zeros(m.shapes), T, observation)
     half = replace(match, weight=match.weight * 0.5)
     centre = T.apply(m.centre[None])[0]
     whole, less = (depth_term(m, k, T, centre, PLAIN)[0][0] for k in (match, half))
@@ -89,12 +89,12 @@ def test_weights_do_not_depend_on_how_finely_the_mesh_is_cut(scene):
 
 
 def test_features_without_the_head_ignore_a_common_shift(scene):
-    m, T, _, sighting = scene
+    m, T, _, observation = scene
     centre = T.apply(m.centre[None])[0]
     terms = []
     for shift in (0.0, 0.01):
-        sight = sighting.sight[IDS] + shift
-        terms.append(without_head(*feature_term(m, IDS, sight, np.zeros(m.shapes), T, centre, PLAIN)))
+        rays = observation.rays[IDS] + shift
+        terms.append(without_head(*feature_term(m, IDS, rays, np.zeros(m.shapes), T, centre, PLAIN)))
     assert np.abs(terms[0][0][:, -6:]).max() == 0
     assert np.abs(terms[0][1] - terms[1][1]).max() < 0.08 * 0.01 * 600 * np.sqrt(13.8)
 
@@ -107,19 +107,22 @@ def test_landmark_rows_give_the_landmarks_themselves(scene):
 
 
 def test_normal_equations_add_up(scene):
-    m, T, _, sighting = scene
+    m, T, _, observation = scene
     centre = T.apply(m.centre[None])[0]
-    one = feature_term(m, IDS, sighting.sight[IDS], np.zeros(m.shapes), T, centre, PLAIN)
+    one = feature_term(m, IDS, observation.rays[IDS], np.zeros(m.shapes), T, centre, PLAIN)
     A, b = normal_equations([one, one], m.shapes)
     np.testing.assert_allclose(A, 2 * one[0].T @ one[0], rtol=1e-4, atol=1e-3 * np.abs(A).max())
     np.testing.assert_allclose(b, 2 * one[0].T @ one[1], rtol=1e-4, atol=1e-3 * np.abs(b).max())
 
 
 def test_known_weights_and_pose_are_found(scene):
-    m, _, truth, sighting = scene
-    light = FitConfig(rounds=8, ridge=0.5, sparse=0.5, still=0.0, features=13.8, relative=False, settle=0.0, eyes=0.0)
+    m, _, truth, observation = scene
+    light = FitConfig(
+        rounds=8, ridge=0.5, l1=0.5, temporal_weight=0.0, features=13.8, head_relative_landmarks=False,
+        refine_pose_mm=0.0, eyes=0.0,
+    )  # fmt: skip
     start = stage.pose((0.09, 0.16, 0.05), (2, 2, 2))
-    found = fit_blendshapes(m, sighting, np.zeros(m.shapes), start, light)
+    found = fit_blendshapes(m, observation, np.zeros(m.shapes), start, light)
     moved_by = np.linalg.norm(m.blend(found.weights) - m.blend(truth), axis=1)
     assert m.share @ moved_by < 0.15
     assert np.abs(found.weights - truth).mean() < 0.03
@@ -131,15 +134,15 @@ def test_the_defaults_find_the_expression_in_noise():
     rig, m, T = stage.person(), stage.model(), stage.pose((0.1, -0.1, 0))
     truth = stage.named(rig, jawOpen=0.4, mouthPucker=0.5)
     frame, marks = stage.sensed(rig, truth, T, noise=0.8), stage.told(rig, truth, T, noise=0.3)
-    sighting = observe(frame, stage.CAMERA, None, marks)
-    found = fit_blendshapes(m, sighting, np.zeros(m.shapes), T)
+    observation = preprocess_frame(frame, stage.CAMERA, None, marks)
+    found = fit_blendshapes(m, observation, np.zeros(m.shapes), T)
     error = m.share @ np.linalg.norm(m.blend(found.weights) - m.blend(truth), axis=1)
     assert error < 0.35 * (m.share @ np.linalg.norm(m.blend(truth) - m.neutral, axis=1))
 
 
 def test_without_depth_landmarks_alone_drive_the_fit(scene):
-    m, T, _, sighting = scene
-    blind = replace(sighting, depth=None)
+    m, T, _, observation = scene
+    blind = replace(observation, depth=None)
     found = fit_blendshapes(m, blind, np.zeros(m.shapes), T, FitConfig(rounds=5))
     assert found.weights[m.rig.index("jawOpen")] == pytest.approx(0.35, abs=0.12)
     assert found.weights[m.rig.index("mouthSmileLeft")] > 2 * found.weights[m.rig.index("mouthSmileRight")]

@@ -54,7 +54,7 @@ def test_rigid_system_agrees(scene):
 def test_plane_systems_agree(scene):
     model, T, points, *_ = scene
     found, plane, weight = matched(scene)
-    packed = (model.blocks.order, model.blocks.columns, model.blocks.values)
+    packed = (model.packed_basis.order, model.packed_basis.columns, model.packed_basis.values)
     centre = np.array([0.0, 0.0, 600.0])
     arguments = (*packed, 52, T.rotation, points, found, plane, weight, model.share, centre, 12.0, 100.0)
     fast, plain = track_fit.plane_system(*arguments), track_fit_twin.plane_system(*arguments)
@@ -65,7 +65,7 @@ def test_plane_systems_agree(scene):
 def test_nothing_that_corresponds_gives_an_empty_system(scene):
     model, T, points, *_ = scene
     found, plane, weight = matched(scene)
-    packed = (model.blocks.order, model.blocks.columns, model.blocks.values)
+    packed = (model.packed_basis.order, model.packed_basis.columns, model.packed_basis.values)
     arguments = (points, found, plane, 0 * weight, model.share, np.zeros(3), 12.0, 100.0)
     A, b, error, covered = track_fit.plane_system(*packed, 52, T.rotation, *arguments)
     assert not A.any()
@@ -75,7 +75,7 @@ def test_nothing_that_corresponds_gives_an_empty_system(scene):
 
 def test_blends_agree_with_each_other_and_with_the_basis(scene):
     model, weights = scene[0], np.random.default_rng(0).random(52)
-    packed = (model.blocks.order, model.blocks.columns, model.blocks.values)
+    packed = (model.packed_basis.order, model.packed_basis.columns, model.packed_basis.values)
     fast = track_fit.blend(model.neutral, *packed, weights)
     np.testing.assert_allclose(fast, track_fit_twin.blend(model.neutral, *packed, weights), atol=1e-4)
     np.testing.assert_allclose(fast, model.neutral + model.basis @ weights, atol=52 * LEAST)

@@ -13,8 +13,8 @@ from mien.landmarks.face_correspondence import match_faces
 from mien.landmarks.on_rig import FEATURES, LandmarkMap, attach_landmarks, skin_faces
 from mien.mesh import ClosestPoint, face_normals
 from mien.rig.facs import FACS23
-from mien.tracking.aggregate import AggregateConfig, aggregate
-from mien.tracking.personalize import PersonalizeConfig, personalize
+from mien.tracking.person.aggregate import AggregateConfig, aggregate
+from mien.tracking.person.personalize import PersonalizeConfig, personalize
 from mien.transforms import Transform
 
 CALM = 6

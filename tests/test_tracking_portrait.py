@@ -7,7 +7,7 @@ import numpy as np
 import tracking_stage as stage
 from mien.faces import load_face
 from mien.register.rigid import procrustes
-from mien.tracking.rig_from_images import identity_step, portray
+from mien.tracking.person.rig_from_images import identity_step, rig_from_images
 
 TRUE = np.random.default_rng(4).normal(0, 1.2, 8)
 
@@ -24,7 +24,7 @@ def calm(frames=16):
 @cache
 def portrait():
     take, landmarker = calm()
-    return portray(take, landmarker)
+    return rig_from_images(take, landmarker)
 
 
 def off(vertices):

@@ -8,12 +8,12 @@ import pytest
 import tracking_stage as stage
 from mien.errors import BadInput
 from mien.tracking.detect import detect
-from mien.tracking.preprocess_frame import ObserveConfig, observe
+from mien.tracking.preprocess_frame import PreprocessConfig, preprocess_frame
 from mien.tracking.rigid import RigidConfig, align, moved
 
 
-def sighted(frame, marks=None, config=ObserveConfig(radius=0)):
-    return observe(frame, stage.CAMERA, None, marks, config)
+def sighted(frame, marks=None, config=PreprocessConfig(radius=0)):
+    return preprocess_frame(frame, stage.CAMERA, None, marks, config)
 
 
 def apart(a, b):

@@ -22,6 +22,8 @@ class RGBDFrame:
     """Seconds since the take began."""
 
     def __post_init__(self):
+        if not np.isfinite(self.time):
+            raise BadInput(f"a frame's time is {self.time}; expected seconds since the take began")
         if self.color is None and self.depth is None:
             raise BadInput(f"the frame at {self.time:.3f} s has neither colour nor depth; record at least one of them")
         if self.color is not None and self.depth is not None and self.color.shape[:2] != self.depth.shape:

@@ -19,7 +19,7 @@ def demo_rgbd(folder: Path, seed: int, seconds: float | None) -> None:
     from ..reports.tracking import preview, take_report, weights_section
     from ..stage import score_performance
     from ..tracking.model import tracking_model
-    from ..tracking.personalize import personalize
+    from ..tracking.person.personalize import personalize
     from ..tracking.pipeline import track_take
     from .bar import bar
     from .personalize import beside

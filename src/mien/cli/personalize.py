@@ -10,9 +10,9 @@ from ..files import writable
 from ..io.gltf import write_rig
 from ..io.meshes import write_mesh
 from ..io.rgbd import RgbdTake, read_rgbd
-from ..tracking.personalize import PersonalizeConfig
-from ..tracking.personalize import personalize as make_rig
-from ..tracking.rig_from_images import portray
+from ..tracking.person.personalize import PersonalizeConfig
+from ..tracking.person.personalize import personalize as make_rig
+from ..tracking.person.rig_from_images import rig_from_images
 from .bar import bar
 from .options import verb
 
@@ -70,7 +70,7 @@ def from_video(source: RgbdTake, output: Path, scan: Path | None, config: Person
     if scan is not None:
         raise BadInput(f"{source.name}: has no depth to merge into a scan; leave --scan out")
     with bar() as progress:
-        portrait = portray(source, config=config, progress=progress)
+        portrait = rig_from_images(source, config=config, progress=progress)
     write_rig(output, portrait.rig)
     portrait.landmarks.save(beside(output))
     print(

@@ -18,7 +18,7 @@ from ..pictures import write_png
 from ..progress import Progress
 from ..reports.markers import telling_frames
 from ..reports.tracking import preview, take_report, weights_section
-from ..tracking.pipeline import TakeConfig, Tracked, check_shapes, track_take
+from ..tracking.pipeline import Tracked, TrackTakeConfig, check_shapes, track_take
 from .bar import bar
 from .options import verb
 from .personalize import beside
@@ -33,7 +33,6 @@ def track(
     *,
     rig: Path | None = None,
     output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("perf.glb"),
-    live: bool = False,
     seconds: float = 10.0,
     device: str | None = None,
     depth_scale: float | None = None,
@@ -41,7 +40,7 @@ def track(
     focal: float | None = None,
     picture: Path | None = None,
     report: Path | None = None,
-    config: Annotated[TakeConfig, Parameter(name="*")] = TakeConfig(),
+    config: Annotated[TrackTakeConfig, Parameter(name="*")] = TrackTakeConfig(),
 ) -> None:
     """An RGB-D take or a plain video in; an animated face with head motion out.
 
@@ -55,9 +54,6 @@ def track(
         poor for depth.
     output
         Where the animated face goes (.glb).
-    live
-        Play the take by the clock, as a camera would: landmarks are those of the frame before, and frames that come
-        while the tracker is busy are lost.
     seconds
         How long to look through a camera.
     device
@@ -79,9 +75,9 @@ def track(
     camera = str(take) == CAMERA
     source = open_webcam(seconds, device, focal) if camera else read_rgbd(take, depth_scale, rate, focal)
     person, landmarks = rig_for(rig)
-    played = as_live(source) if live and not camera else source
+    played = as_live(source) if config.live and not camera else source
+    config = replace(config, live=config.live or camera)
     with bar() as progress:
-        config = replace(config, late=live or camera)
         tracked = track_take(played, person, landmarks, config=config, progress=progress)
         write_performance(output, tracked.performance)
         if not camera:

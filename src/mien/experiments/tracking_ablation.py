@@ -12,8 +12,8 @@ from ..landmarks.stream import Landmarker, with_landmarks
 from ..progress import SILENT, Progress
 from ..tracking.adaptive import Subspace
 from ..tracking.model import TrackingModel
-from ..tracking.pipeline import follow
-from ..tracking.tracker import TrackConfig, TrackResult, begin, prepare
+from ..tracking.tracker import step_or_lose
+from ..tracking.tracker_context import TrackConfig, TrackResult, initial_state, tracker_context
 from ..transforms import Transform
 
 FULL = "all stages"
@@ -58,7 +58,7 @@ class Variant:
 
 
 @dataclass(frozen=True)
-class Study:
+class Ablation:
     """Several trackers over one take."""
 
     model: TrackingModel
@@ -80,8 +80,8 @@ class Study:
     def outside(self, frame: int, correctives: Subspace | None) -> Float32[np.ndarray, "f 3"]:
         """What of the final mesh in `frame` the adaptive space with these correctives cannot say, mm."""
         moved = self.variants[FULL].front[frame] - self.model.neutral
-        rest = moved - self.anchors.project(moved)
-        return rest if correctives is None else rest - correctives.project(rest)
+        beyond = moved - self.anchors.project(moved)
+        return beyond if correctives is None else beyond - correctives.project(beyond)
 
 
 def compare(
@@ -91,26 +91,26 @@ def compare(
     configs: Mapping[str, TrackConfig],
     every: int = 3,
     progress: Progress = SILENT,
-) -> Study:
+) -> Ablation:
     """Walk through a take once with several trackers side by side; `FULL` must be among `configs`.
 
     Args:
         every: after so many frames the correctives are kept.
     """
-    tools = {name: prepare(model, take.camera, config) for name, config in configs.items()}
-    states = {name: begin(tools[name], config) for name, config in configs.items()}
+    contexts = {name: tracker_context(model, take.camera, config) for name, config in configs.items()}
+    states = {name: initial_state(context) for name, context in contexts.items()}
     results: dict[str, list[TrackResult]] = {name: [] for name in configs}
     learnt: list[tuple[int, Subspace]] = []
     for i, (frame, landmarks) in enumerate(with_landmarks(take, landmarker)):
-        for name, config in configs.items():
-            states[name], result = follow(tools[name], frame, landmarks, states[name], config)
+        for name, context in contexts.items():
+            states[name], result = step_or_lose(context, frame, landmarks, states[name])
             results[name].append(result)
         correctives = states[FULL].correctives
         if correctives is not None and i % every == 0:
             learnt.append((i, correctives))
         progress.update("leaving stages out, one by one", i + 1, take.count)
     variants = {name: _variant(found) for name, found in results.items()}
-    return Study(model, tools[FULL].anchors, variants, tuple(learnt))
+    return Ablation(model, contexts[FULL].anchors, variants, tuple(learnt))
 
 
 def _variant(results: list[TrackResult]) -> Variant:

@@ -64,7 +64,7 @@ def preview(
                 distance = float(T_camera_face[t].translation[2])
                 parts.append(crop.cut(depth_colors(frame.depth, distance), smooth=False))
             parts.append(renderer.draw(crop.camera(take.camera), T_camera_face[t], vertices=vertices))
-            held = "" if performance.tracked[t] else "  head not in sight, held"
+            held = "" if performance.tracked[t] else "  head not in rays, held"
             rows.append(label(hstack(parts, gap=2), f"{t / performance.rate:.2f} s{held}", 22))
             progress.update("drawing", len(rows), len(wanted))
         if t >= max(wanted):

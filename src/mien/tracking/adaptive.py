@@ -26,7 +26,7 @@ from ..landmarks.on_rig import FEATURES
 from ..mesh import cotangent_laplacian
 from ..transforms import Transform
 from .model import TrackingModel
-from .preprocess_frame import Sighting
+from .preprocess_frame import FrameObservation
 from .rigid import Correspondences
 
 IDS = np.array(FEATURES)
@@ -136,7 +136,7 @@ def depth_offsets(match: Correspondences, T_camera_face: Transform) -> Float32[n
 def feature_offsets(
     model: TrackingModel,
     vertices: Float[np.ndarray, "f 3"],
-    sighting: Sighting,
+    observation: FrameObservation,
     T_camera_face: Transform,
     reach: float,
     use_depth: bool = True,
@@ -145,24 +145,25 @@ def feature_offsets(
 
     q lies on the feature's line of sight: at the depth seen there if that is near the model's, else at the model's.
     """
-    if sighting.sight is None:
+    if observation.rays is None:
         return np.zeros((len(FEATURES), 3))
-    sight = sighting.sight[IDS]
+    rays = observation.rays[IDS]
     points = T_camera_face.apply(model.features(vertices))
     z = points[:, 2]
-    if use_depth and sighting.depth is not None:
-        seen = _depth_at(sighting.depth, sighting, sight)
+    if use_depth and observation.depth is not None:
+        seen = _depth_at(observation.depth, observation, rays)
         z = np.where(np.abs(seen - z) < reach / 2, seen, z)
-    wanted = np.column_stack([sight * z[:, None], z]) - points
-    wanted[(wanted**2).sum(1) > reach**2] = 0
+    wanted = np.column_stack([rays * z[:, None], z]) - points
+    near = (wanted**2).sum(1) <= reach**2
+    wanted[~near] = 0
     return wanted @ T_camera_face.rotation
 
 
-def _depth_at(depth: np.ndarray, sighting: Sighting, sight: np.ndarray) -> np.ndarray:
+def _depth_at(depth: np.ndarray, observation: FrameObservation, rays: np.ndarray) -> np.ndarray:
     """Depth (mm) on lines of sight; 0 where there is none."""
-    fx, fy, cx, cy = sighting.intrinsics
+    fx, fy, cx, cy = observation.intrinsics
     h, w = depth.shape
-    u, v = np.rint(sight * [fx, fy] + [cx, cy]).astype(int).T
+    u, v = np.rint(np.nan_to_num(rays, nan=-1e6) * [fx, fy] + [cx, cy]).astype(int).T
     inside = (u >= 0) & (v >= 0) & (u < w) & (v < h)
     return np.where(inside, depth[v * inside, u * inside], 0)
 

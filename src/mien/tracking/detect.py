@@ -1,7 +1,7 @@
 """Where the head is, from landmarks alone: at the start, and after it was lost (Li et al. 2013, sec. 4.1)."""
 
 import numpy as np
-from jaxtyping import Float, Float32
+from jaxtyping import Float, Float32, Int
 
 from ..camera import Camera
 from ..depth import RGBDFrame
@@ -17,6 +17,15 @@ from .rigid import LEVER, moved
 EYE_CORNERS = [33, 263]
 PLAUSIBLE = (0.6, 1.6)
 """A face whose eyes are farther apart or nearer than the rig's by these factors is another unit, not another person."""
+
+FACE_WIDTH = 1.7
+"""A face is so many times as wide as its outer eye corners are apart."""
+ENOUGH_LANDMARKS, ENOUGH_PIXELS = 20, 5
+"""Landmarks with depth that place a head; pixels of the nine round a landmark that must have depth."""
+ROUNDS_IN_DEPTH, ROUNDS_IN_IMAGE = 5, 8
+"""Solves with new robust weights: both have come to rest well before."""
+STRAY_MM = 6.0
+"""A landmark this far off its place counts a quarter, or half in the image: people differ by 2 to 4 mm."""
 
 
 class WrongScale(BadInput):
@@ -53,27 +62,25 @@ def detect(model: TrackingModel, frame: RGBDFrame, landmarks: Landmarks2D, camer
     seen = lifted(frame.depth, landmarks, camera)
     check_size(model, seen)
     ids = np.flatnonzero(model.landmarks.known & np.isfinite(seen[:, 2]))
-    if len(ids) < 20:
+    if len(ids) < ENOUGH_LANDMARKS:
         return T_camera_face
-    rest, points = model.landmark_neutral[ids], seen[ids]
+    neutral, points = model.landmark_neutral[ids], seen[ids]
     weights = np.ones(len(ids))
-    for _ in range(5):
-        T_camera_face = procrustes(rest, points, weights).transform
-        away = np.linalg.norm(T_camera_face.apply(rest) - points, axis=1)
-        weights = 1 / (1 + (away / 6.0) ** 2) ** 2
+    for _ in range(ROUNDS_IN_DEPTH):
+        T_camera_face = procrustes(neutral, points, weights).transform
+        away = np.linalg.norm(T_camera_face.apply(neutral) - points, axis=1)
+        weights = 1 / (1 + (away / STRAY_MM) ** 2) ** 2
     return T_camera_face
 
 
-def lifted(
-    depth: Float32[np.ndarray, "h w"], landmarks: Landmarks2D, camera: Camera
-) -> Float[np.ndarray, "478 3"]:
+def lifted(depth: Float32[np.ndarray, "h w"], landmarks: Landmarks2D, camera: Camera) -> Float[np.ndarray, "478 3"]:
     """The landmarks as 3D points of the depth image (median of 3 x 3 pixels), camera space, mm; NaN without depth."""
-    u, v = np.round(landmarks.points).astype(int).T
+    u, v = np.round(np.nan_to_num(landmarks.points, nan=-1.0)).astype(int).T
     inside = (u >= 1) & (v >= 1) & (u < camera.width - 1) & (v < camera.height - 1)
     u, v = np.clip(u, 1, camera.width - 2), np.clip(v, 1, camera.height - 2)
     steps = np.stack([depth[v + i, u + j] for i in (-1, 0, 1) for j in (-1, 0, 1)]).astype(float)
     valid = (steps > 0) & inside
-    some = valid.sum(0) >= 5
+    some = valid.sum(0) >= ENOUGH_PIXELS
     z = np.full(len(u), np.nan)
     z[some] = np.nanmedian(np.where(valid, steps, np.nan)[:, some], axis=0)
     return camera.rays(landmarks.points) * z[:, None]
@@ -89,12 +96,12 @@ def check_size(model: TrackingModel, seen: Float[np.ndarray, "478 3"]) -> None:
     span = float(np.linalg.norm(left - right))
     if not np.isfinite(span) or PLAUSIBLE[0] < span / model.scale_mm < PLAUSIBLE[1]:
         return
-    raise WrongScale(1.7 * span, span / model.scale_mm)
+    raise WrongScale(FACE_WIDTH * span, span / model.scale_mm)
 
 
 def _rough(model: TrackingModel, landmarks: Landmarks2D, camera: Camera) -> Transform:
     """Turn and size from the landmarker's 3D guess, seen as a weak perspective image."""
-    ids = np.flatnonzero(model.landmarks.known)
+    ids = _seen(model, landmarks)
     ids = ids[ids < IRISES.start]
     guess = np.column_stack([landmarks.points, landmarks.depth])[ids]
     fitted = procrustes(model.landmark_neutral[ids], guess, scale=True).transform
@@ -106,18 +113,24 @@ def _rough(model: TrackingModel, landmarks: Landmarks2D, camera: Camera) -> Tran
 
 def _reprojected(model: TrackingModel, landmarks: Landmarks2D, camera: Camera, T: Transform) -> Transform:
     """Gauss-Newton on the landmarks' reprojection, the face kept neutral; far-off landmarks lose weight."""
-    ids = np.flatnonzero(model.landmarks.known)
-    sight = camera.rays(landmarks.points[ids])[:, :2]
+    ids = _seen(model, landmarks)
+    rays = camera.rays(landmarks.points[ids])[:, :2]
     still = np.zeros(model.shapes)
-    for _ in range(8):
+    for _ in range(ROUNDS_IN_IMAGE):
         centre = T.apply(model.centre[None])[0]
         J, points = landmark_rows(model, ids, still, T, centre)
         J = J[:, :, model.shapes :]
-        rows = J[:, :2] - sight[:, :, None] * J[:, 2:]
-        right = sight * points[:, 2:] - points[:, :2]
-        root = 1 / (1 + (right**2).sum(1) / 6.0**2)
+        rows = J[:, :2] - rays[:, :, None] * J[:, 2:]
+        right = rays * points[:, 2:] - points[:, :2]
+        root = 1 / (1 + (right**2).sum(1) / STRAY_MM**2)
         rows, right = (rows * root[:, None, None]).reshape(-1, 6), (right * root[:, None]).ravel()
         motion = np.linalg.lstsq(rows, right, rcond=None)[0]
         motion[:3] /= LEVER
         T = moved(T, motion, centre)
     return T
+
+
+def _seen(model: TrackingModel, landmarks: Landmarks2D) -> Int[np.ndarray, " j"]:
+    """Landmarks that are known on the rig and are numbers in the image."""
+    numbers = np.isfinite(landmarks.points).all(1) & np.isfinite(landmarks.depth)
+    return np.flatnonzero(model.landmarks.known & numbers)

@@ -18,14 +18,17 @@ from .._kernels import icp, track, track_fit
 from ..landmarks.on_rig import FEATURES, LIDS, LIPS
 from ..transforms import Transform
 from .model import POINTS, TrackingModel
-from .preprocess_frame import Sighting
+from .preprocess_frame import FrameObservation
 from .reproject_weights import box_solve
-from .rigid import LEVER, Correspondences, RigidConfig, correspond, moved
+from .rigid import LEVER, Correspondences, RigidConfig, correspond, moved, pose_step
 
 Rows = tuple[np.ndarray, np.ndarray]
 """J (rows, k + 6) and r (rows,), weighted."""
 System = tuple[np.ndarray, np.ndarray]
 """J'J (k + 6, k + 6) and J'r (k + 6,)."""
+
+POSE_RIDGE = 1e-6
+"""Weight of the pose's change, of the mean diagonal: keeps the solve definite where nothing speaks of the pose."""
 
 
 @dataclass(frozen=True)
@@ -42,26 +45,26 @@ class FitConfig:
     gaps: float = 0.0
     """Weight of the opening between two lids or lips, which errors common to both do not touch; 0 = none. Off, since
     MediaPipe's openings err by half a millimetre and more."""
-    soft: float = 30.0
+    robust_scale_mm: float = 30.0
     """Residuals much above this lose weight, mm. Large = plain least squares."""
     ridge: float = 20.0
     """Weight of each squared coefficient."""
-    sparse: float = 20.0
+    l1: float = 20.0
     """Weight of each coefficient's absolute value: prefers few shapes."""
-    effort: float = 40.0
+    l1_per_mm: float = 40.0
     """The same for each millimetre (root mean square over the front) that a shape moves the face at weight 1."""
-    ease: float = 0.15
+    reweight_eps: float = 0.15
     """Coefficient at which both of these weigh half: what is surely there is not held back. Large = plain."""
-    still: float = 20.0
+    temporal_weight: float = 20.0
     """Weight of the squared change since the last frame."""
     scores: float = 150.0
     """Weight of the squared distance to the landmarker's own scores of smiles."""
     eyes: float = 1000.0
     """The same for blinks and gaze to the side, of which depth sees little."""
-    relative: bool = True
+    head_relative_landmarks: bool = True
     """Beside depth, let features speak of one another's places alone, not of the head's: their errors have much in
     common, and depth knows better where the head is. False = the paper's."""
-    settle: float = 1.0
+    refine_pose_mm: float = 1.0
     """After each solve the head's pose is measured anew on the steadiest vertices, residuals above this (mm) losing
     weight; 0 = not."""
     pose: bool = True
@@ -79,40 +82,42 @@ class FitResult:
     """Mean point-to-plane distance, mm, before the last round's solve; NaN without depth."""
     covered: float
     """Share of the front's area that corresponds."""
+    breach: float = 0.0
+    """Largest breach of the optimality conditions that a round's solve was left with, relative; 0 = exact."""
 
 
 def fit_blendshapes(
     model: TrackingModel,
-    sighting: Sighting,
+    observation: FrameObservation,
     weights: Float[np.ndarray, " k"],
     T_camera_face: Transform,
     config: FitConfig = FitConfig(),
     rigid: RigidConfig = RigidConfig(),
 ) -> FitResult:
     """Alternate correspondences and box-constrained solves, from the last frame's weights and this frame's pose."""
-    x, error, covered = weights, np.nan, 0.0
-    said = sighting.said
+    x, error, covered, breach = weights, np.nan, 0.0, 0.0
     normals = track.vertex_normals(model.blend(x), model.faces)
     for _ in range(config.rounds):
         centre = T_camera_face.apply(model.centre[None])[0]
         match = None
-        A, b = normal_equations(_feature_rows(model, sighting, x, T_camera_face, centre, config), model.shapes)
-        if sighting.depth is not None:
-            match = correspond(model.blend(x), normals, T_camera_face, sighting, rigid)
+        A, b = normal_equations(_feature_rows(model, observation, x, T_camera_face, centre, config), model.shapes)
+        if observation.depth is not None:
+            match = correspond(model.blend(x), normals, T_camera_face, observation, rigid)
             (gram, product), error, covered = depth_term(model, match, T_camera_face, centre, config)
             A, b = A + gram, b + product
-        _add_priors(A, b, x, weights, said, model, config)
-        change = _solve(A, b, x, config.pose)
+        _add_priors(A, b, x, weights, observation.landmark_scores, model, config)
+        change, left = _solve(A, b, x, config.pose)
+        breach = max(breach, left)
         x = np.clip(x + change[: model.shapes], 0.0, 1.0)
         motion = change[model.shapes :].copy()
         motion[:3] /= LEVER
         T_camera_face = moved(T_camera_face, motion, centre)
-        if match is not None and config.settle:
-            T_camera_face = settle(model, model.blend(x), match, T_camera_face, config)
-    return FitResult(x, T_camera_face, error, covered)
+        if match is not None and config.refine_pose_mm:
+            T_camera_face = refine_pose(model, model.blend(x), match, T_camera_face, config)
+    return FitResult(x, T_camera_face, error, covered, breach)
 
 
-def settle(
+def refine_pose(
     model: TrackingModel,
     vertices: Float32[np.ndarray, "f 3"],
     match: Correspondences,
@@ -122,8 +127,9 @@ def settle(
     """One ICP step of the fitted face, measured on the vertices that expressions move least."""
     points = track.place(vertices, T_camera_face.rotation, T_camera_face.translation)
     centre = T_camera_face.apply(model.centre[None])[0]
-    A, b, _, _ = icp.rigid_system(points, match.found, match.plane, match.weight * model.steady, centre, config.settle)
-    return moved(T_camera_face, np.linalg.solve(A + 1e-9 * np.trace(A) * np.eye(6), b), centre)
+    weight = match.weight * model.pose_weights
+    A, b, _, _ = icp.rigid_system(points, match.found, match.plane, weight, centre, config.refine_pose_mm)
+    return moved(T_camera_face, pose_step(A, b), centre)
 
 
 def depth_term(
@@ -137,33 +143,33 @@ def depth_term(
 
     Returns the normal equations, the mean distance (mm; NaN where nothing corresponds) and the area's share that does.
     """
-    blocks = model.blocks
+    blocks = model.packed_basis
     A, b, error, covered = track_fit.plane_system(
         blocks.order, blocks.columns, blocks.values, model.shapes, T_camera_face.rotation,
         match.points, match.found, match.plane, match.weight, model.share * np.float32(POINTS),
-        centre, config.soft, LEVER,
+        centre, config.robust_scale_mm, LEVER,
     )  # fmt: skip
     return (A, b), error if covered else np.nan, covered / POINTS
 
 
-def _feature_rows(model, sighting: Sighting, x, T_camera_face, centre, config: FitConfig) -> list[Rows]:
+def _feature_rows(model, observation: FrameObservation, x, T_camera_face, centre, config: FitConfig) -> list[Rows]:
     """The terms of the features."""
-    if sighting.sight is None or not config.features:
+    if observation.rays is None or not config.features:
         return []
-    ids = _landmarks_used(model, sighting)
-    if sighting.depth is None:
+    ids = _landmarks_used(model, observation)
+    if observation.depth is None:
         config = replace(config, features=config.alone)
-    seen = feature_term(model, ids, sighting.sight[ids], x, T_camera_face, centre, config)
-    terms = [without_head(*seen) if config.relative and sighting.depth is not None else seen]
+    seen = feature_term(model, ids, observation.rays[ids], x, T_camera_face, centre, config)
+    terms = [without_head(*seen) if config.head_relative_landmarks and observation.depth is not None else seen]
     if config.gaps:
-        terms.append(gap_term(model, sighting.sight, x, T_camera_face, centre, config))
+        terms.append(gap_term(model, observation.rays, x, T_camera_face, centre, config))
     return terms
 
 
 def feature_term(
     model: TrackingModel,
     ids: Int[np.ndarray, " j"],
-    sight: Float[np.ndarray, "j 2"],
+    rays: Float[np.ndarray, "j 2"],
     weights: Float[np.ndarray, " k"],
     T_camera_face: Transform,
     centre: Float[np.ndarray, " 3"],
@@ -171,25 +177,31 @@ def feature_term(
 ) -> Rows:
     """2D features, eq. 2: [1 0 -u_x; 0 1 -u_y] v = 0 in camera space; in millimetres at the face.
 
-    More than 40 landmarks share the weight of 40.
+    More than 40 landmarks share the weight of 40; rays that are NaN give rows of zeros.
     """
     J, points = landmark_rows(model, ids, weights, T_camera_face, centre)
-    right = sight * points[:, 2:] - points[:, :2]
-    root = np.sqrt(config.features * len(FEATURES) / max(len(ids), 1)) / (1 + (right**2).sum(1) / config.soft**2)
-    rows = (J[:, :2] - sight[:, :, None] * J[:, 2:]) * root[:, None, None]
+    known = np.asarray(np.isfinite(rays).all(axis=1))
+    rays = np.where(np.isfinite(rays), rays, 0.0)
+    right = rays * points[:, 2:] - points[:, :2]
+    each = np.sqrt(config.features * len(FEATURES) / max(len(ids), 1))
+    root = known * each / (1 + (right**2).sum(1) / config.robust_scale_mm**2)
+    rows = (J[:, :2] - rays[:, :, None] * J[:, 2:]) * root[:, None, None]
     return rows.reshape(-1, J.shape[2]), (right * root[:, None]).ravel()
 
 
 def without_head(rows: Float[np.ndarray, "rows c"], right: Float[np.ndarray, " rows"]) -> Rows:
     """Feature rows from which a shift common to all, and any say in the head's pose, are taken out."""
-    pairs, offsets = rows.reshape(-1, 2, rows.shape[1]).copy(), right.reshape(-1, 2)
+    pairs, offsets = rows.reshape(-1, 2, rows.shape[1]).copy(), right.reshape(-1, 2).copy()
+    known = np.abs(pairs).sum((1, 2)) > 0
     pairs[:, :, -6:] = 0.0
-    return (pairs - pairs.mean(0)).reshape(rows.shape), (offsets - offsets.mean(0)).ravel()
+    pairs[known] -= pairs[known].mean(0)
+    offsets[known] -= offsets[known].mean(0)
+    return pairs.reshape(rows.shape), offsets.ravel()
 
 
 def gap_term(
     model: TrackingModel,
-    sight: Float[np.ndarray, "478 2"],
+    rays: Float[np.ndarray, "478 2"],
     weights: Float[np.ndarray, " k"],
     T_camera_face: Transform,
     centre: Float[np.ndarray, " 3"],
@@ -199,10 +211,11 @@ def gap_term(
     pairs = np.array([*LIDS, *LIPS])
     J, points = landmark_rows(model, pairs.ravel(), weights, T_camera_face, centre)
     z = points[:, 2].mean()
-    seen = (sight[pairs[:, 0]] - sight[pairs[:, 1]]) * z
+    seen = (rays[pairs[:, 0]] - rays[pairs[:, 1]]) * z
+    known = np.isfinite(seen).all(1)[:, None]
     J, points = J.reshape(len(pairs), 2, 3, -1), points.reshape(len(pairs), 2, 3)
-    right = seen - (points[:, 0, :2] - points[:, 1, :2])
-    rows = J[:, 0, :2] - J[:, 1, :2]
+    right = np.where(known, seen - (points[:, 0, :2] - points[:, 1, :2]), 0.0)
+    rows = (J[:, 0, :2] - J[:, 1, :2]) * known[:, None]
     root = np.sqrt(config.gaps)
     return root * rows.reshape(-1, rows.shape[2]), root * right.ravel()
 
@@ -231,34 +244,34 @@ def normal_equations(terms: list[Rows], shapes: int) -> tuple[Float[np.ndarray, 
     return A, b
 
 
-def _landmarks_used(model: TrackingModel, sighting: Sighting) -> np.ndarray:
+def _landmarks_used(model: TrackingModel, observation: FrameObservation) -> np.ndarray:
     """The 40 features beside depth; without depth all the landmarks that are known."""
-    if sighting.depth is not None:
+    if observation.depth is not None:
         return np.array(FEATURES)
     return np.flatnonzero(model.landmarks.known)
 
 
-def _add_priors(A, b, x, before, said, model: TrackingModel, config: FitConfig) -> None:
+def _add_priors(A, b, x, before, scores, model: TrackingModel, config: FitConfig) -> None:
     """Ridge, sparsity, stillness and the landmarker's scores, added in place to the coefficients' equations."""
     k = len(x)
-    diagonal = np.full(k, config.ridge + config.still)
-    price = (config.sparse + config.effort * model.size) / (1 + x / config.ease)
-    b[:k] += config.still * before - diagonal * x - price / 2
-    if said is not None:
-        trust = np.where(model.eyes, config.eyes, np.where(model.smiles, config.scores, 0.0)) * np.isfinite(said)
-        b[:k] += trust * (np.nan_to_num(said) - x)
+    diagonal = np.full(k, config.ridge + config.temporal_weight)
+    price = (config.l1 + config.l1_per_mm * model.size) / (1 + x / config.reweight_eps)
+    b[:k] += config.temporal_weight * before - diagonal * x - price / 2
+    if scores is not None:
+        trust = np.where(model.eyes, config.eyes, np.where(model.smiles, config.scores, 0.0)) * np.isfinite(scores)
+        b[:k] += trust * (np.nan_to_num(scores) - x)
         diagonal += trust
     A[np.arange(k), np.arange(k)] += diagonal
 
 
-def _solve(A: np.ndarray, b: np.ndarray, x: np.ndarray, pose: bool) -> np.ndarray:
-    """The change (k + 6,) that keeps every coefficient in 0..1."""
+def _solve(A: np.ndarray, b: np.ndarray, x: np.ndarray, pose: bool) -> tuple[np.ndarray, float]:
+    """The change (k + 6,) that keeps every coefficient in 0..1, and the breach of optimality."""
     k = len(x)
     free = np.full(6, np.inf if pose else 0.0)
-    A[range(k, k + 6), range(k, k + 6)] += 1e-6 * np.trace(A) / len(A)
+    A[range(k, k + 6), range(k, k + 6)] += POSE_RIDGE * np.trace(A) / len(A)
     return box_solve(A, b, np.r_[-x, -free], np.r_[1 - x, free], np.zeros(k + 6))
 
 
 def at_rest(config: FitConfig) -> FitConfig:
     """The same fit without memory of the last frame: for the first frame and after the head was lost."""
-    return replace(config, still=0.0)
+    return replace(config, temporal_weight=0.0)

@@ -6,8 +6,8 @@ through the offsets between where it was seen and where the tracked face had it.
 so that an update costs microseconds; old offsets are forgotten slowly, and before anything is learnt the correction is
 zero.
 
-Its expression scores have standing errors too: a calm face may score 0.4 at a smile. `Rest` keeps the mean of score
-less tracked coefficient.
+Its expression scores have standing errors too: a calm face may score 0.4 at a smile. `ScoreBaseline` keeps the mean of
+score less tracked coefficient.
 """
 
 from dataclasses import dataclass
@@ -18,7 +18,12 @@ from jaxtyping import Float
 from ..landmarks.on_rig import FEATURES
 from ..transforms import Transform
 from .model import TrackingModel
-from .preprocess_frame import Sighting
+from .preprocess_frame import FrameObservation
+
+LEAST_RANGE = 0.2
+"""Score above its baseline that counts as a whole expression, at least: a baseline of 0.9 leaves too little."""
+LEAST_CAUTION = 1e-6
+"""Frames' worth of belief in no error that keeps the first solve regular."""
 
 
 @dataclass(frozen=True)
@@ -52,37 +57,42 @@ class Bias:
         return np.linalg.solve(self.information, self.moments.reshape(3, -1)).reshape(self.moments.shape)
 
 
+def no_baseline(shapes: int) -> "ScoreBaseline":
+    """Nothing learnt yet."""
+    return ScoreBaseline(np.zeros(shapes), 0.0)
+
+
 def no_bias(config: BiasConfig = BiasConfig()) -> Bias:
     """Nothing learnt yet."""
     return Bias(np.zeros((3, len(FEATURES), 2)), _caution(config))
 
 
-def corrected(
-    sighting: Sighting, bias: Bias, model: TrackingModel, T_camera_face: Transform, config: BiasConfig
-) -> Sighting:
-    """The sighting with its 40 features moved by what they are wrong for this turn of the head."""
-    if sighting.sight is None or not config.memory:
-        return sighting
-    sight = sighting.sight.copy()
+def subtract_bias(
+    observation: FrameObservation, bias: Bias, model: TrackingModel, T_camera_face: Transform, config: BiasConfig
+) -> FrameObservation:
+    """The observation with its 40 features moved by what they are wrong for this turn of the head."""
+    if observation.rays is None or not config.memory:
+        return observation
+    rays = observation.rays.copy()
     z = T_camera_face.apply(model.landmark_neutral[list(FEATURES)])[:, 2:]
-    sight[list(FEATURES)] -= np.tensordot(_turn(T_camera_face, config), bias.coefficients, axes=1) / z
-    return sighting.moved(sight)
+    rays[list(FEATURES)] -= np.tensordot(_turn(T_camera_face, config), bias.coefficients, axes=1) / z
+    return observation.moved(rays)
 
 
-def learn(
+def learn_bias(
     bias: Bias,
     model: TrackingModel,
     vertices: Float[np.ndarray, "f 3"],
-    raw: Sighting,
+    raw: FrameObservation,
     T_camera_face: Transform,
     config: BiasConfig,
 ) -> Bias:
     """Compare the features as seen (`raw`) with the tracked face, the offset common to all left out."""
-    if raw.sight is None or not config.memory:
+    if raw.rays is None or not config.memory or not np.isfinite(raw.rays[list(FEATURES)]).any():
         return bias
     points = T_camera_face.apply(model.features(vertices))
-    offsets = raw.sight[list(FEATURES)] * points[:, 2:] - points[:, :2]
-    offsets -= np.median(offsets, axis=0)
+    offsets = raw.rays[list(FEATURES)] * points[:, 2:] - points[:, :2]
+    offsets -= np.nanmedian(offsets, axis=0)
     turn = _turn(T_camera_face, config)
     believed = np.linalg.norm(offsets, axis=1) <= config.largest
     expected = np.tensordot(turn, bias.coefficients, axes=1)
@@ -93,7 +103,7 @@ def learn(
 
 
 def _caution(config: BiasConfig) -> Float[np.ndarray, "3 3"]:
-    return max(config.caution, 1e-6) * np.eye(3)
+    return max(config.caution, LEAST_CAUTION) * np.eye(3)
 
 
 def _turn(T_camera_face: Transform, config: BiasConfig) -> Float[np.ndarray, " 3"]:
@@ -103,7 +113,7 @@ def _turn(T_camera_face: Transform, config: BiasConfig) -> Float[np.ndarray, " 3
 
 
 @dataclass(frozen=True)
-class Rest:
+class ScoreBaseline:
     """What the landmarker scores when the face does nothing."""
 
     level: Float[np.ndarray, " k"]
@@ -112,17 +122,17 @@ class Rest:
     """Frames that it was learnt from, up to the memory."""
 
 
-def above(scores: Float[np.ndarray, " k"], rest: Rest) -> Float[np.ndarray, " k"]:
+def subtract_baseline(scores: Float[np.ndarray, " k"], baseline: ScoreBaseline) -> Float[np.ndarray, " k"]:
     """Scores as they would be had the face scored 0 at rest; NaN where there is none."""
-    return np.clip((scores - rest.level) / np.maximum(1.0 - rest.level, 0.2), 0.0, 1.0)
+    return np.clip((scores - baseline.level) / np.maximum(1.0 - baseline.level, LEAST_RANGE), 0.0, 1.0)
 
 
-def learn_rest(
-    rest: Rest, scores: Float[np.ndarray, " k"], weights: Float[np.ndarray, " k"], config: BiasConfig
-) -> Rest:
+def learn_baseline(
+    baseline: ScoreBaseline, scores: Float[np.ndarray, " k"], weights: Float[np.ndarray, " k"], config: BiasConfig
+) -> ScoreBaseline:
     """Compare the scores with the tracked coefficients."""
     if not config.calm:
-        return rest
-    gap, gain = scores - weights, max(1.0 / (rest.count + 1), 1.0 / config.calm)
-    level = rest.level + gain * np.where(np.isfinite(gap), gap - rest.level, 0.0)
-    return Rest(np.clip(level, 0.0, 1.0), min(rest.count + 1, config.calm))
+        return baseline
+    gap, gain = scores - weights, max(1.0 / (baseline.count + 1), 1.0 / config.calm)
+    level = baseline.level + gain * np.where(np.isfinite(gap), gap - baseline.level, 0.0)
+    return ScoreBaseline(np.clip(level, 0.0, 1.0), min(baseline.count + 1, config.calm))

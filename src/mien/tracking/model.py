@@ -11,7 +11,7 @@ from ..errors import BadInput
 from ..landmarks.on_rig import FEATURES, LandmarkMap, skin_faces
 from ..mesh import Mesh, adjacency, boundary_vertices, mass, vertex_normals
 from ..rig import Rig
-from .packed_basis import ShapeBlocks, pack
+from .packed_basis import PackedBasis, pack
 
 POINTS = 3480.0
 """What the depth term weighs in all, in vertices: the frontal vertices of the paper's mesh, whatever ours has."""
@@ -35,7 +35,7 @@ class TrackingModel:
     """b0 of the front, face space, mm."""
     basis: Float32[np.ndarray, "f 3 k"]
     """B of the front."""
-    blocks: ShapeBlocks
+    packed_basis: PackedBasis
     """The same, packed."""
     share: Float32[np.ndarray, " f"]
     """Each vertex's share of the front's area; they add up to 1, so that sums mean the same for any mesh."""
@@ -53,7 +53,7 @@ class TrackingModel:
     """What each shape does to them."""
     centre: Float[np.ndarray, " 3"]
     """Middle of the front, face space, mm: what the head's small turns are about."""
-    steady: Float32[np.ndarray, " f"]
+    pose_weights: Float32[np.ndarray, " f"]
     """Share times how little the shapes move a vertex along its normal: what the head's pose is measured on."""
     size: Float[np.ndarray, " k"]
     """How far each shape moves the front, mm root mean square."""
@@ -71,7 +71,7 @@ class TrackingModel:
 
     def blend(self, weights: Float[np.ndarray, " k"]) -> Float32[np.ndarray, "f 3"]:
         """v1 = b0 + B x on the front (Li et al. 2013, sec. 4.2)."""
-        return self.blocks.blend(self.neutral, weights)
+        return self.packed_basis.blend(self.neutral, weights)
 
     def features(self, vertices: Float[np.ndarray, "f 3"]) -> Float[np.ndarray, "40 3"]:
         """Where the 40 features are when the front's vertices are `vertices`."""
@@ -111,7 +111,7 @@ def tracking_model(rig: Rig, landmarks: LandmarkMap, reach: float = 45.0) -> Tra
         faces=faces,
         neutral=mesh.vertices[front].astype(np.float32),
         basis=basis,
-        blocks=pack(mesh.vertices[front], basis),
+        packed_basis=pack(mesh.vertices[front], basis),
         share=share,
         rim=rim,
         fade=_fade(faces, rim),
@@ -120,7 +120,7 @@ def tracking_model(rig: Rig, landmarks: LandmarkMap, reach: float = 45.0) -> Tra
         landmark_neutral=np.ascontiguousarray(landmarks.attachment.points(mesh)),
         landmark_basis=_landmark_basis(rig, landmarks),
         centre=mesh.vertices[front].mean(0),
-        steady=_steady(rig, front, area),
+        pose_weights=_pose_weights(rig, front, area),
         size=np.sqrt(np.einsum("f,fdk->k", share, basis.astype(np.float64) ** 2)),
         eyes=np.array([name.startswith(EYES) for name in rig.names]),
         smiles=np.array([name.startswith(SMILES) for name in rig.names]),
@@ -162,7 +162,7 @@ def _fade(faces: np.ndarray, rim: np.ndarray, rings: int = 3) -> np.ndarray:
     return fade.astype(np.float32)
 
 
-def _steady(rig: Rig, front: np.ndarray, area: np.ndarray, still: float = 2.0) -> np.ndarray:
+def _pose_weights(rig: Rig, front: np.ndarray, area: np.ndarray, still: float = 2.0) -> np.ndarray:
     """Weights that add up to 1 and halve where the shapes together move a vertex by `still` mm along its normal."""
     normals = vertex_normals(rig.neutral.vertices, rig.neutral.faces)[front]
     along = np.sqrt((np.einsum("kfd,fd->kf", rig.deltas[:, front], normals) ** 2).sum(0))

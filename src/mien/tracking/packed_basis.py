@@ -12,7 +12,7 @@ LEAST = 0.01
 
 
 @dataclass(frozen=True)
-class ShapeBlocks:
+class PackedBasis:
     """A basis (n, 3, k), as `mien._kernels.track_fit` takes it."""
 
     order: Int32[np.ndarray, "blocks 64"]
@@ -29,7 +29,7 @@ class ShapeBlocks:
         return blend(neutral, self.order, self.columns, self.values, np.ascontiguousarray(weights, dtype=np.float64))
 
 
-def pack(points: Float[np.ndarray, "n 3"], basis: Float[np.ndarray, "n 3 k"]) -> ShapeBlocks:
+def pack(points: Float[np.ndarray, "n 3"], basis: Float[np.ndarray, "n 3 k"]) -> PackedBasis:
     """Cut the vertices into blocks, by halving the longest side of the box round them, and pack each one's shapes."""
     moves = np.linalg.norm(basis, axis=1) > LEAST
     blocks = _halved(points, np.arange(len(points)))
@@ -41,7 +41,7 @@ def pack(points: Float[np.ndarray, "n 3"], basis: Float[np.ndarray, "n 3 k"]) ->
     for b, (block, some) in enumerate(zip(blocks, shapes, strict=True)):
         order[b, : len(block)], columns[b, : len(some)] = block, some
         values[b, :, : len(some), : len(block)] = basis[block][:, :, some].transpose(1, 2, 0)
-    return ShapeBlocks(order, columns, values)
+    return PackedBasis(order, columns, values)
 
 
 def _halved(points: np.ndarray, members: Int[np.ndarray, " m"]) -> list[np.ndarray]:

@@ -18,18 +18,18 @@ from ..rig import Performance, Rig
 from ..rig.facs import FACS23
 from ..transforms import Transform
 from .correctives import CorrectiveBasis, CorrectiveConfig, with_correctives
-from .detect import WrongScale
 from .fit import FitConfig
 from .model import TrackingModel, tracking_model
-from .personalize import PATIENCE, no_face, with_scale
-from .tracker import NoWatch, Tools, TrackConfig, TrackResult, TrackState, Watch, begin, prepare, step
+from .person.personalize import PATIENCE, no_face, with_scale
+from .tracker import step_or_lose
+from .tracker_context import NoTimer, StageTimer, TrackConfig, TrackResult, initial_state, tracker_context
 
 T_WORLD_CAMERA = Transform(np.diag([1.0, -1.0, -1.0]), np.zeros(3))
 """The take's world is the colour camera turned to +Y up, -Z forward."""
 
 
 @dataclass(frozen=True)
-class TakeConfig:
+class TrackTakeConfig:
     """Tracking a whole take."""
 
     track: TrackConfig = field(default_factory=TrackConfig)
@@ -38,7 +38,10 @@ class TakeConfig:
     than beside depth."""
     correctives: CorrectiveConfig = field(default_factory=CorrectiveConfig)
     late: bool = False
-    """Take the landmarks of the frame before, as a live source must; frames that were missed hold the last value."""
+    """Take the landmarks of the frame before, as a live source must."""
+    live: bool = False
+    """Frames come by the clock: landmarks are late, and frames that came while the tracker was busy, which the times of
+    the others tell, hold the last value."""
 
 
 @dataclass(frozen=True)
@@ -68,9 +71,9 @@ def track_take(
     rig: Rig,
     landmarks: LandmarkMap | None = None,
     landmarker: Landmarker | None = None,
-    config: TakeConfig = TakeConfig(),
+    config: TrackTakeConfig = TrackTakeConfig(),
     progress: Progress = SILENT,
-    watch: Watch = NoWatch(),
+    timer: StageTimer = NoTimer(),
 ) -> Tracked:
     """Track a take on a person's rig.
 
@@ -83,14 +86,14 @@ def track_take(
     """
     check_shapes(rig)
     model = tracking_model(rig, landmarks or landmarks_of(rig))
-    seen = with_landmarks(take, landmarker or FaceLandmarker("video"), late=config.late)
+    seen = with_landmarks(take, landmarker or FaceLandmarker("video"), late=config.late or config.live)
     times: list[float] = []
-    walk = track_frames(model, take, _timed(seen, times), config, watch)
+    walk = track_frames(model, take, _timed(seen, times), config, timer)
     results, residuals = [], CorrectiveBasis(model, config.correctives)
     stopped, missed, offset = None, 0, np.zeros_like(model.neutral)
     try:
         for result in walk:
-            for _ in range(_missed(times, len(results), take) if config.late else 0):
+            for _ in range(_missed(times, len(results), take) if config.live else 0):
                 missed += 1
                 results.append(replace(results[-1], tracked=False))
                 residuals.add(offset)
@@ -109,8 +112,8 @@ def track_frames(
     model: TrackingModel,
     take: RgbdTake,
     seen: Iterator[tuple[RGBDFrame, Landmarks2D | None]],
-    config: TakeConfig = TakeConfig(),
-    watch: Watch = NoWatch(),
+    config: TrackTakeConfig = TrackTakeConfig(),
+    timer: StageTimer = NoTimer(),
 ) -> Iterator[TrackResult]:
     """Frame by frame, as they come: for a live source, or for whoever wants more than the performance.
 
@@ -118,36 +121,15 @@ def track_frames(
         BadInput: no face in the first 30 frames.
     """
     track = config.track if take.has_depth else replace(config.track, fit=config.video)
-    tools = prepare(model, take.camera, track)
-    state, ever = begin(tools, track), False
+    late = config.late or config.live
+    context = tracker_context(model, take.camera, track, timer)
+    state, ever = initial_state(context), False
     for i, (frame, landmarks) in enumerate(seen):
-        state, result = follow(tools, frame, landmarks, state, track, watch, late=config.late)
+        state, result = step_or_lose(context, frame, landmarks, state, late=late)
         ever |= result.tracked
         if not ever and i + 1 >= PATIENCE:
             raise no_face(take)
         yield result
-
-
-def follow(
-    tools: Tools,
-    frame: RGBDFrame,
-    landmarks: Landmarks2D | None,
-    state: TrackState,
-    config: TrackConfig,
-    watch: Watch = NoWatch(),
-    late: bool = False,
-) -> tuple[TrackState, TrackResult]:
-    """`step`; but a head that was tracked before and now seems of another size (behind a hand, say) counts as lost.
-
-    Raises:
-        BadInput: of another size from the first.
-    """
-    try:
-        return step(tools, frame, landmarks, state, config, watch, late=late)
-    except WrongScale:
-        if state.weights is None:
-            raise
-        return step(tools, frame, None, state, config, watch, late=late)
 
 
 def check_shapes(rig: Rig, name: str = "the rig") -> None:

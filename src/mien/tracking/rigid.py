@@ -6,11 +6,14 @@ import numpy as np
 from jaxtyping import Float, Float32, Int
 
 from .._kernels import icp, track
-from ..transforms import Transform
-from .preprocess_frame import Sighting
+from ..transforms import Transform, rotation_from_vector, vector_from_rotation
+from .preprocess_frame import FrameObservation
 
 LEVER = 100.0
 """Millimetres: turns are counted in 1/100 radian, so that they and shifts are about as large."""
+
+REGULAR = 1e-9
+"""Part of its trace added to a pose's system: depth of a plane alone leaves three of six directions open."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +28,7 @@ class RigidConfig:
     """After so many steps above `enough` the head is lost."""
     agree: float = 0.3
     """Least cosine between the model's and the depth's normal, and of the model's to the line of sight."""
-    soft: float = 6.0
+    robust_scale_mm: float = 6.0
     """Residuals much above this lose weight, mm: what moves by itself does not turn the head. Large = plain."""
     step: int = 2
     """Pixels over which a depth normal is measured."""
@@ -64,7 +67,7 @@ def correspond(
     vertices: Float32[np.ndarray, "f 3"],
     normals: Float32[np.ndarray, "f 3"],
     T_camera_face: Transform,
-    sighting: Sighting,
+    observation: FrameObservation,
     config: RigidConfig,
 ) -> Correspondences:
     """Project the front's vertices (face space, mm) into the depth image and prune.
@@ -75,7 +78,7 @@ def correspond(
     points = track.place(vertices, T_camera_face.rotation, T_camera_face.translation)
     normals = track.place(normals, T_camera_face.rotation, np.zeros(3))
     found = icp.correspond(
-        points, normals, sighting.depth, sighting.intrinsics, np.float32(config.reach), np.float32(config.agree),
+        points, normals, observation.depth, observation.intrinsics, np.float32(config.reach), np.float32(config.agree),
         config.step,
     )  # fmt: skip
     return Correspondences(points, *found)
@@ -86,7 +89,7 @@ def align(
     faces: Int[np.ndarray, "m 3"],
     share: Float32[np.ndarray, " f"],
     T_camera_face: Transform,
-    sighting: Sighting,
+    observation: FrameObservation,
     config: RigidConfig = RigidConfig(),
 ) -> RigidResult:
     """Move the model of the last frame, as it is, onto this frame's depth."""
@@ -94,23 +97,42 @@ def align(
     normals = track.vertex_normals(vertices, faces)
     for _ in range(config.iterations):
         done += 1
-        match = correspond(vertices, normals, T_camera_face, sighting, config)
+        match = correspond(vertices, normals, T_camera_face, observation, config)
         covered = float(share[match.weight > 0].sum())
         if covered < config.least:
             break
         centre = match.points.mean(0, dtype=np.float64)
         A, b, error, _ = icp.rigid_system(
-            match.points, match.found, match.plane, match.weight * share, centre, config.soft
+            match.points, match.found, match.plane, match.weight * share, centre, config.robust_scale_mm
         )
-        T_camera_face = moved(T_camera_face, np.linalg.solve(A + 1e-9 * np.trace(A) * np.eye(6), b), centre)
+        T_camera_face = moved(T_camera_face, pose_step(A, b), centre)
         if error < config.enough:
             break
     converged = error < config.enough and covered >= config.least
     return RigidResult(T_camera_face, error, covered, converged, done)
 
 
-def moved(
-    T_camera_face: Transform, motion: Float[np.ndarray, " 6"], centre: Float[np.ndarray, " 3"]
-) -> Transform:
+def pose_step(A: Float[np.ndarray, "6 6"], b: Float[np.ndarray, " 6"]) -> Float[np.ndarray, " 6"]:
+    """The small turn (radians) and shift (mm) that solve a rigid system."""
+    return np.linalg.solve(A + REGULAR * np.trace(A) * np.eye(6), b)
+
+
+def moved(T_camera_face: Transform, motion: Float[np.ndarray, " 6"], centre: Float[np.ndarray, " 3"]) -> Transform:
     """`T_camera_face` followed by a turn (radians) about `centre` (mm, camera space) and a shift (mm)."""
     return Transform(*track.turned(T_camera_face.rotation, T_camera_face.translation, motion, centre))
+
+
+def damp_pose(
+    points: Float[np.ndarray, "p 3"], centre: Float[np.ndarray, " 3"], before: Transform, now: Transform, size: float
+) -> Transform:
+    """`now`, drawn back towards `before` by size^2 / (size^2 + d^2), d the motion of `points` between them, mm rms.
+
+    The turn between the two is about `centre`; both, and `points`, are in face space, mm.
+    """
+    squared = float(((now.apply(points) - before.apply(points)) ** 2).sum(1).mean())
+    part = squared / (squared + size**2) if squared else 1.0
+    turn = vector_from_rotation(now.rotation @ before.rotation.T) * part
+    rotation = rotation_from_vector(turn) @ before.rotation
+    here = before.apply(centre[None])[0]
+    there = now.apply(centre[None])[0]
+    return Transform(rotation, here + part * (there - here) - rotation @ centre)

@@ -10,19 +10,19 @@ from jaxtyping import Float
 from scipy.interpolate import RBFInterpolator
 from scipy.spatial import KDTree
 
-from ..camera import Camera
-from ..depth import RGBDFrame
-from ..faces.bundled import BundledFace, load_face
-from ..io.rgbd import RgbdTake
-from ..landmarks.detector import FaceLandmarker, Landmarks2D, bundled_landmarks
-from ..landmarks.on_rig import LandmarkMap, bundled_map
-from ..landmarks.stream import Landmarker
-from ..progress import SILENT, Progress
-from ..rig import Rig
-from ..rig.transfer import merged, transfer_rig
-from ..transforms import Transform
-from .detect import detect
-from .model import tracking_model
+from ...camera import Camera
+from ...depth import RGBDFrame
+from ...faces.bundled import BundledFace, load_face
+from ...io.rgbd import RgbdTake
+from ...landmarks.detector import FaceLandmarker, Landmarks2D, bundled_landmarks
+from ...landmarks.on_rig import LandmarkMap, bundled_map
+from ...landmarks.stream import Landmarker
+from ...progress import SILENT, Progress
+from ...rig import Rig
+from ...rig.transfer import merged, transfer_rig
+from ...transforms import Transform
+from ..detect import detect
+from ..model import tracking_model
 from .personalize import PersonalizeConfig, calm_frames
 
 FRAMES = 12
@@ -35,7 +35,7 @@ FADE = 40.0
 
 
 @dataclass(frozen=True)
-class Portrait:
+class ImageRig:
     """A rig made without depth."""
 
     rig: Rig
@@ -48,13 +48,13 @@ class Portrait:
     """The same after the identity fit, mm."""
 
 
-def portray(
+def rig_from_images(
     take: RgbdTake,
     landmarker: Landmarker | None = None,
     config: PersonalizeConfig = PersonalizeConfig(),
     face: BundledFace | None = None,
     progress: Progress = SILENT,
-) -> Portrait:
+) -> ImageRig:
     """A rig from the calm frames of a take, whose depth, if any, is not looked at.
 
     Raises:
@@ -72,10 +72,10 @@ def portray(
         progress.update("fitting the face", done + 1, ROUNDS)
     person = face.person(a)
     poses = posed(person, generic, views, take.camera)
-    neutral = bent(person, generic, poses, [marks for _, marks in views], take.camera)
+    neutral = bend_to_landmarks(person, generic, poses, [marks for _, marks in views], take.camera)
     expressions = face.rig if config.shapes == "arkit" else merged(face.rig)
     rig = transfer_rig(expressions, person.neutral.with_vertices(neutral))
-    return Portrait(rig, generic, a, errors[0], errors[-1])
+    return ImageRig(rig, generic, a, errors[0], errors[-1])
 
 
 def posed(
@@ -112,13 +112,13 @@ def identity_step(
 
 def _sideways(T: Transform, rest, modes, pixels, camera: Camera):
     """Offsets (p, 2) mm from the average's landmarks to their lines of sight, and what each mode does to them."""
-    points, sight = T.apply(rest), camera.rays(pixels)[:, :2]
+    points, rays = T.apply(rest), camera.rays(pixels)[:, :2]
     turned = np.einsum("ad,pdk->pak", T.rotation, modes)
-    rows = turned[:, :2] - sight[:, :, None] * turned[:, 2:]
-    return sight * points[:, 2:] - points[:, :2], rows
+    rows = turned[:, :2] - rays[:, :, None] * turned[:, 2:]
+    return rays * points[:, 2:] - points[:, :2], rows
 
 
-def bent(
+def bend_to_landmarks(
     person: Rig, landmarks: LandmarkMap, poses: list[Transform], found: list[Landmarks2D], camera: Camera
 ) -> Float[np.ndarray, "n 3"]:
     """The neutral, bent smoothly so that its landmarks are seen where they were found, their depth as it was."""

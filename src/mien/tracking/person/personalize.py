@@ -8,14 +8,14 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 
-from ..camera import Camera
-from ..depth import RGBDFrame
-from ..errors import BadInput
-from ..faces.bundled import BundledFace, load_face
-from ..fitting.neutral import NeutralConfig, NeutralResult, fit_neutral
-from ..io.rgbd import RgbdTake
-from ..landmarks.detector import FaceLandmarker, Landmarks2D
-from ..landmarks.on_rig import (
+from ...camera import Camera
+from ...depth import RGBDFrame
+from ...errors import BadInput
+from ...faces.bundled import BundledFace, load_face
+from ...fitting.neutral import NeutralConfig, NeutralResult, fit_neutral
+from ...io.rgbd import RgbdTake
+from ...landmarks.detector import FaceLandmarker, Landmarks2D
+from ...landmarks.on_rig import (
     LOWER_INNER_LIP,
     UPPER_INNER_LIP,
     LandmarkMap,
@@ -24,16 +24,16 @@ from ..landmarks.on_rig import (
     landmarks_of,
     lift,
 )
-from ..landmarks.stream import Landmarker, with_landmarks
-from ..mesh import Mesh
-from ..pictures.raycast import depth_image
-from ..progress import SILENT, Progress
-from ..rig import Rig
-from ..rig.transfer import merged, transfer_rig
-from ..transforms import Transform
+from ...landmarks.stream import Landmarker, with_landmarks
+from ...mesh import Mesh
+from ...pictures.raycast import depth_image
+from ...progress import SILENT, Progress
+from ...rig import Rig
+from ...rig.transfer import merged, transfer_rig
+from ...transforms import Transform
+from ..detect import WrongScale, detect, length, lifted
+from ..model import tracking_model
 from .aggregate import Aggregate, AggregateConfig, aggregate
-from .detect import WrongScale, detect, length, lifted
-from .model import tracking_model
 
 PATIENCE = 30
 """Frames in which a face must appear."""

@@ -7,15 +7,15 @@ import igl
 import numpy as np
 from jaxtyping import Float32
 
-from .._kernels import tsdf
-from ..camera import Camera
-from ..depth import RGBDFrame, median
-from ..errors import BadInput
-from ..mesh import Mesh
-from ..progress import SILENT, Progress
-from ..transforms import Transform
-from .preprocess_frame import Sighting
-from .rigid import RigidConfig, align
+from ..._kernels import tsdf
+from ...camera import Camera
+from ...depth import RGBDFrame, median
+from ...errors import BadInput
+from ...mesh import Mesh
+from ...progress import SILENT, Progress
+from ...transforms import Transform
+from ..preprocess_frame import FrameObservation
+from ..rigid import RigidConfig, align
 
 
 @dataclass(frozen=True)
@@ -108,11 +108,11 @@ def aggregate(
         BadInput: no depth in the volume, or fewer than half of the frames could be aligned.
     """
     volume, poses, errors = Volume(config), [], []
-    model, rigid = None, RigidConfig(enough=0.0, iterations=8, soft=2.0, reach=15.0)
+    model, rigid = None, RigidConfig(enough=0.0, iterations=8, robust_scale_mm=2.0, reach=15.0)
     for i, frame in enumerate(frames):
         depth = median(_depth_of(frame))
         if model is not None:
-            found = _settle(model, T_camera_face, Sighting(depth, camera), rigid)
+            found = _settle(model, T_camera_face, FrameObservation(depth, camera), rigid)
             poses.append(found.T_camera_face if found.error < config.enough else None)
             errors.append(found.error)
         else:
@@ -146,9 +146,7 @@ def _model(volume: Volume) -> Mesh:
     return mesh
 
 
-def _settle(model: Mesh, T_camera_face: Transform, sighting: Sighting, rigid: RigidConfig):
+def _settle(model: Mesh, T_camera_face: Transform, observation: FrameObservation, rigid: RigidConfig):
     vertices = model.vertices.astype(np.float32)
     share = np.full(len(vertices), 1 / len(vertices), np.float32)
-    return align(vertices, model.faces.astype(np.int32), share, T_camera_face, sighting, rigid)
-
-
+    return align(vertices, model.faces.astype(np.int32), share, T_camera_face, observation, rigid)
