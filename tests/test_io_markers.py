@@ -409,13 +409,19 @@ def test_labels_that_come_twice_are_numbered(tmp_path):
     assert read.warnings == (f"{path}: 2 markers are called M0; numbered M0_1 to M0_2 in the file's order",)
 
 
-def test_duplicate_labels_are_refused(tmp_path):
+def test_columns_that_come_twice_are_numbered(tmp_path):
     path = wide_csv(tmp_path / "take.csv", take().positions, lambda n, a: f"{n.replace('M1', 'M0')}_{a}")
-    assert "duplicate marker labels: M0" in refusal(path)
-    labels = ["M1", *NAMES[1:]]
-    lines = ["frame,label,x,y,z"] + [f"0,{n},{x},{y},{z}" for n, (x, y, z) in zip(labels, FACE, strict=True)]
-    (tmp_path / "long.csv").write_text("\n".join(lines))
-    assert "M1 comes twice in frame 0" in refusal(tmp_path / "long.csv")
+    assert read_markers(path).labels == ("M0_1", "M0_2", *NAMES[2:])
+
+
+def test_a_label_twice_in_one_frame_of_a_long_table_is_refused(tmp_path):
+    rows = [(t, n, *FACE[i] + t) for t in range(4) for i, n in enumerate(NAMES)]
+    lines = ["frame,label,x,y,z"] + [",".join(map(str, row)) for row in rows]
+    path = tmp_path / "long.csv"
+    path.write_text("\n".join([*lines, "0,M1,1,2,3"]))
+    assert "row 34: duplicate marker labels: M1 comes twice in frame 0" in refusal(path)
+    path.write_text("\n".join(line.replace("M1", "M0") for line in lines))
+    assert read_markers(path).labels == ("M0_1", "M0_2", *NAMES[2:])
 
 
 def test_markers_all_in_one_place_are_refused(tmp_path):

@@ -19,7 +19,7 @@ from ..errors import BadInput
 from ..files import existing, whole
 from ..rig import Performance, Rig
 from ..transforms import Transform
-from .markers.delimited_table import pad, read_text
+from .markers.tables.delimited_table import pad, read_text
 
 SHAPES = (
     "EyeBlinkLeft", "EyeLookDownLeft", "EyeLookInLeft", "EyeLookOutLeft", "EyeLookUpLeft", "EyeSquintLeft",

@@ -118,13 +118,16 @@ def check_span(path: Path, positions: Float[np.ndarray, "frames markers 3"], mm:
         return [
             f"{path}: the markers span {_length(span * mm)} ({source}), more than a face; is a body or a prop in it?"
         ]
+    size = f"{path}: the markers span {_length(span * mm)} with {mm:g} mm a unit ({source}), but a face spans 60-260 mm"
     fits = fitting_units(span)
+    if not fits and span * mm > high:
+        raise BadInput(
+            f"{size}, and no {FEWEST_TOGETHER} of them stand together as a face's do; is it a body? name the face's "
+            "markers by a pattern (--markers 'FACE*'), or the unit where that is wrong (--units)"
+        )
     better = fits[0] if fits else f"{TYPICAL_SPAN_MM / span:.4g}"
     why = "would make it a face" if fits else "(mm per unit, a guess from its size) would make it a face"
-    raise BadInput(
-        f"{path}: the markers span {_length(span * mm)} with {mm:g} mm a unit ({source}), but a face spans 60-260 mm; "
-        f"are they a face's? if so, --units {better} {why}"
-    )
+    raise BadInput(f"{size}; --units {better} {why}")
 
 
 def settle_unit(path: Path, positions: Float[np.ndarray, "frames markers 3"]) -> tuple[float, str, str]:

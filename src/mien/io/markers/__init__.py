@@ -6,17 +6,16 @@ from pathlib import Path
 from ...clip import Markers
 from ...errors import BadInput
 from ...files import existing
-from .c3d import read_c3d
-from .c3d_write import write_c3d
+from .c3d import read_c3d, write_c3d
 from .marker_file import MarkerFile, RawTake, finish
-from .tables import read_csv, read_trc
+from .tables import read_table, read_trc
 
 READERS: dict[str, Callable[[Path], RawTake]] = {
     ".c3d": read_c3d,
     ".trc": read_trc,
-    ".csv": read_csv,
-    ".tsv": read_csv,
-    ".txt": read_csv,
+    ".csv": read_table,
+    ".tsv": read_table,
+    ".txt": read_table,
 }
 
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from ...errors import BadInput
-from .c3d_numbers import floats, words
-from .c3d_parameters import BLOCK, LARGEST_WORD, C3dHeader, C3dParameters
+from ....errors import BadInput
+from .numbers import floats, words
+from .parameters import BLOCK, LARGEST_WORD, C3dHeader, C3dParameters
 
 _POINT_VALUES = 4
 """x, y, z and the residual."""

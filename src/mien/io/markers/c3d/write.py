@@ -6,11 +6,11 @@ from typing import Literal
 
 import numpy as np
 
-from ...clip import Markers
-from ...errors import BadInput
-from ...files import whole
-from .c3d_numbers import INTEL
-from .c3d_parameters import BLOCK, LARGEST_WORD, MAGIC
+from ....clip import Markers
+from ....errors import BadInput
+from ....files import whole
+from .numbers import INTEL
+from .parameters import BLOCK, LARGEST_WORD, MAGIC
 
 Axis = Literal["+X", "-X", "+Y", "-Y", "+Z", "-Z"]
 

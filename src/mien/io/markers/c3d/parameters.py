@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ...errors import BadInput
-from .c3d_numbers import DEC, INTEL, MIPS, floats, one_float, words
+from ....errors import BadInput
+from .numbers import DEC, INTEL, MIPS, floats, one_float, words
 
 BLOCK = 512
 """Bytes; places in a C3D file are counted in blocks, from 1."""

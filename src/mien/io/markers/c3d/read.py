@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from ...errors import BadInput
-from ..units import known_unit
-from .c3d_frames import find_layout, read_frames
-from .c3d_parameters import C3dHeader, C3dParameters, read_header
-from .marker_file import RawTake
+from ....errors import BadInput
+from ...units import known_unit
+from ..marker_file import RawTake
+from .frames import find_layout, read_frames
+from .parameters import C3dHeader, C3dParameters, read_header
 
 _COMPUTED_LISTS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "REACTIONS", "MODELED_MARKERS")
 """Parameters of POINT in which Vicon lists the points that are no markers."""

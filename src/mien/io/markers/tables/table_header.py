@@ -1,0 +1,147 @@
+"""Headers of tables of marker positions: which columns are a marker's x, y, z."""
+
+import re
+from pathlib import Path
+
+from ....errors import BadInput
+from ...units import known_unit
+from .delimited_table import HEADER_ROWS, DelimitedTable, is_number, pad
+
+FRAME = frozenset(
+    {"frame", "frame#", "frames", "frame number", "frame_number", "frame no", "field", "field #", "index"}
+)
+TIME = frozenset({"time", "seconds", "timestamp", "t"})
+LABEL = frozenset({"label", "marker", "name", "marker_name", "marker name", "markername", "point", "landmark"})
+AXES = ("x", "y", "z")
+
+MarkerColumns = list[tuple[str, tuple[int, int, int]]]
+"""(label, its x, y and z columns) of every marker."""
+
+_BRACKET = re.compile(r"\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")
+_TIME_UNIT = re.compile(r"^(time|timestamp|t)[ _]+(s|sec|seconds|ms|us|ns)$", re.IGNORECASE)
+_LONG_TIME_UNITS = {"milliseconds": "ms", "microseconds": "us", "nanoseconds": "ns"}
+_SUFFIXED = re.compile(r"^(.+?)[ _.:\-]+([xyz])$", re.IGNORECASE)
+_PREFIXED = re.compile(r"^([xyz])[ _.:\-]+(.+)$", re.IGNORECASE)
+_JOINED = re.compile(r"^(.*[a-z0-9])([XYZ])$")
+_KEY_VALUE = re.compile(r"^[#%/ ]*([A-Za-z][\w ()]*?)\s*[:=]\s*(\S.*)$")
+_FEWEST_AXES = 3
+"""Cells x, y, z in a row that stands under a row of names."""
+
+
+def table_under_header(path: Path, rows: list[list[str]], first_row: int = 1) -> DelimitedTable:
+    """The table of `rows` (the file's lines from line `first_row` on), whose header may follow a few rows of others.
+
+    Raises:
+        BadInput: no header with marker columns.
+    """
+    filled = [(number, row) for number, row in enumerate(rows, start=first_row) if row]
+    cells = [row for _, row in filled]
+    for i in range(min(HEADER_ROWS, len(cells))):
+        columns = _columns(cells, i)
+        if columns is None:
+            continue
+        names, units = names_and_units(columns)
+        start = i + 1
+        if start < len(cells) and is_unit_row(cells[start]):
+            units = [old or new for old, new in zip(units, pad(cells[start], len(units)), strict=True)]
+            start += 1
+        return DelimitedTable(
+            path=path,
+            columns=names,
+            units=units,
+            rows=[pad(row, len(names)) for row in cells[start:]],
+            row_numbers=[number for number, _ in filled[start:]],
+            preamble=read_preamble(cells[:i]),
+        )
+    raise BadInput(
+        f"{path}: no marker columns in its header; expected frame,label,x,y,z or NAME_x,NAME_y,NAME_z for every marker"
+    )
+
+
+def is_long(columns: list[str]) -> bool:
+    """One row a marker and frame, rather than one row a frame."""
+    lower = {column.lower() for column in columns}
+    return bool(lower & LABEL) and set(AXES) <= lower
+
+
+def marker_columns(columns: list[str]) -> MarkerColumns:
+    """Every name that has all three of x, y, z (`NAME_x`, `NAME.X`, `x_NAME`, and where none is so, `nameX`).
+
+    A name whose columns come twice is there twice.
+    """
+    for split in (_separated, _joined):
+        found: dict[tuple[str, int], dict[str, int]] = {}
+        times: dict[tuple[str, str], int] = {}
+        for place, column in enumerate(columns):
+            part = split(column)
+            if part is None:
+                continue
+            nth = times[part] = times.get(part, 0) + 1
+            found.setdefault((part[0], nth), {})[part[1]] = place
+        whole = [(name, (at["x"], at["y"], at["z"])) for (name, _), at in found.items() if len(at) == len(AXES)]
+        if whole:
+            return whole
+    return []
+
+
+def names_and_units(cells: list[str]) -> tuple[list[str], list[str]]:
+    """Header cells -> names, and the units that stood in brackets behind them."""
+    names, units = [], []
+    for cell in cells:
+        bracket = _BRACKET.search(cell)
+        name = cell[: bracket.start()] if bracket else cell
+        unit = bracket[1] if bracket else ""
+        if timed := _TIME_UNIT.match(name):
+            name, unit = timed[1], timed[2]
+        names.append(name)
+        units.append(_LONG_TIME_UNITS.get(unit.lower(), unit))
+    return names, units
+
+
+def is_unit_row(row: list[str]) -> bool:
+    """A row such as `s,mm,mm,mm`."""
+    filled = [cell.strip("[]()") for cell in row if cell]
+    known = [cell.lower() in ("s", "ms", "deg") or (known_unit(cell) and not is_number(cell)) for cell in filled]
+    return len(filled) >= _FEWEST_AXES and all(known)
+
+
+def read_preamble(rows: list[list[str]]) -> dict[str, str]:
+    """Cells ahead of the header in pairs, as `key: value` or `# key = value`, or a lone number, which is the rate."""
+    pairs: dict[str, str] = {}
+    for row in rows:
+        pairs.update({key.lower(): value for key, value in zip(row[::2], row[1::2], strict=False) if key and value})
+        filled = [cell for cell in row if cell]
+        pairs.update({found[1].lower(): found[2] for cell in filled if (found := _KEY_VALUE.match(cell))})
+        if len(filled) == 1 and is_number(filled[0]):
+            pairs["rate"] = filled[0]
+    return pairs
+
+
+def _columns(rows: list[list[str]], i: int) -> list[str] | None:
+    """The column names if row `i` is the header, by itself or together with the row of names above it."""
+    plain, _ = names_and_units(rows[i])
+    axes = [cell.lower() in AXES for cell in plain]
+    if sum(axes) < _FEWEST_AXES or is_long(plain):
+        return rows[i] if is_long(plain) or marker_columns(plain) else None
+    if i == 0:
+        return None
+    above = pad(rows[i - 1], len(plain))
+    columns, name = [], ""
+    for cell, title, is_axis in zip(rows[i], above, axes, strict=True):
+        name = title or name
+        columns.append(f"{name}_{cell}" if is_axis else cell or title)
+    return columns if marker_columns(names_and_units(columns)[0]) else None
+
+
+def _separated(column: str) -> tuple[str, str] | None:
+    """`NAME_x` -> (NAME, "x"); None for a column that is no marker's coordinate."""
+    if found := _SUFFIXED.match(column):
+        return found[1], found[2].lower()
+    if found := _PREFIXED.match(column):
+        return found[2], found[1].lower()
+    return None
+
+
+def _joined(column: str) -> tuple[str, str] | None:
+    found = _JOINED.match(column)
+    return (found[1], found[2].lower()) if found else None
