@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from marker_files import take, wide_csv
 from mien.cli.convert import convert
 from mien.errors import BadInput
 from mien.io.gltf import read_performance, read_rig, write_performance
@@ -14,7 +15,6 @@ from mien.io.livelink import read_live_link
 from mien.io.markers import read_marker_file, read_markers
 from mien.io.meshes import read_scan, write_mesh
 from test_io_gltf import foreign, performance
-from test_io_markers import take, wide_csv
 from test_io_meshes import bumpy
 from test_io_rigs import folder_of
 

@@ -39,7 +39,10 @@ FAR_SMALLER = 4.0
 """A cluster so many times smaller than the whole cloud is a part of its own: a body is eight faces high."""
 
 LINK = 3.0
-"""Longest link of a cluster, in middle distances of nearest neighbours."""
+"""Longest link of a cluster, in distances of nearest neighbours (those of the nearer quarter)."""
+
+LARGE_PART = 0.25
+"""A cluster of fewer of the markers is no face beside a body, but a dense corner of something else."""
 
 MOST_CLUSTERED = 2000
 """Points beyond which no clusters are looked for: no capture has as many, and pairs grow with the square."""
@@ -139,11 +142,13 @@ def settle_unit(path: Path, positions: Float[np.ndarray, "frames markers 3"]) ->
     span = cloud_span(positions)
     spans = [span]
     core = largest_cluster(positions)
-    if len(core) >= FEWEST_TOGETHER:
+    if len(core) >= max(FEWEST_TOGETHER, LARGE_PART * positions.shape[1]):
         core_span = cloud_span(positions[:, core])
         spans += [core_span] if core_span * FAR_SMALLER < span else []
-    for size in spans:
-        for name in fitting_units(size):
+    for metric in (True, False):
+        found = next(((size, name) for size in spans for name in fitting_units(size) if (name != "in") == metric), None)
+        if found is not None:
+            size, name = found
             part = "the markers span" if size == span else f"a cluster of {len(core)} markers spans"
             note = f"{path}: no unit named; read as {name}, in which {part} {size * UNITS[name]:.0f} mm"
             return UNITS[name], "assumed", note
@@ -160,8 +165,8 @@ def largest_cluster(
 ) -> Int[np.ndarray, " members"]:
     """The markers of the largest group that neighbours chain together, in the frame that sees the most markers.
 
-    `radius` is the longest link, in the positions' unit; by default `LINK` times the middle distance of nearest
-    neighbours.
+    `radius` is the longest link, in the positions' unit; by default `LINK` times the distance of nearest
+    neighbours in the nearer quarter.
     """
     seen = visible(positions)
     count = seen.sum(axis=1)
@@ -171,7 +176,7 @@ def largest_cluster(
     there = np.flatnonzero(seen[frame])
     tree = cKDTree(positions[frame, there])
     if radius is None:
-        radius = LINK * float(np.median(tree.query(tree.data, k=2)[0][:, 1]))
+        radius = LINK * float(np.quantile(tree.query(tree.data, k=2)[0][:, 1], 0.25))
     links = tree.query_pairs(radius, output_type="ndarray")
     graph = coo_array((np.ones(len(links)), (links[:, 0], links[:, 1])), shape=(len(there), len(there)))
     _, group = connected_components(graph, directed=False)

@@ -68,7 +68,8 @@ def read_ply(path: str | Path) -> tuple[Mesh, Path | None]:
     vertices = _stack(vertex, "xyz")
     corners = face.get("vertex_indices", face.get("vertex_index", _NONE))
     triangles = fan(corners.counts)
-    faces = corners.items.astype(np.int64)[triangles]
+    with np.errstate(invalid="ignore"):
+        faces = corners.items.astype(np.int64)[triangles]
     if len(faces) and (faces.min() < 0 or faces.max() >= len(vertices)):
         raise BadInput(f"{path}: a face names vertex {faces.max()}, but there are {len(vertices)}; export it again")
     uv, uv_faces = _uv(vertex, face, corners, triangles)

@@ -2,8 +2,9 @@
 
 import csv
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from PIL import Image
@@ -17,6 +18,8 @@ from .take import RgbdTake
 PICTURES = (".png", ".jpg", ".jpeg")
 DEPTH_SCALE = 1000.0
 RATE = 30.0
+
+T = TypeVar("T")
 
 
 def read_folder(path: Path, depth_scale: float | None = None, rate: float | None = None) -> RgbdTake:
@@ -96,7 +99,7 @@ def depth_picture(path: Path, scale: float) -> np.ndarray:
     return values.astype(np.float32) * np.float32(1000.0 / scale)
 
 
-def _read(path: Path, convert) -> np.ndarray:
+def _read(path: Path, convert: Callable[[Image.Image], T]) -> T:
     try:
         with Image.open(path) as image:
             return convert(image)
@@ -105,8 +108,11 @@ def _read(path: Path, convert) -> np.ndarray:
 
 
 def _check_size(path: Path, color: Path, depth: Path, camera: Camera) -> None:
-    with Image.open(color) as c, Image.open(depth) as d:
-        sizes = {"colour": c.size, "depth": d.size, "camera_intrinsic.json": (camera.width, camera.height)}
+    sizes = {
+        "colour": _read(color, lambda image: image.size),
+        "depth": _read(depth, lambda image: image.size),
+        "camera_intrinsic.json": (camera.width, camera.height),
+    }
     if len(set(sizes.values())) > 1:
         told = ", ".join(f"{name} {w} x {h}" for name, (w, h) in sizes.items())
         raise BadInput(f"{path}: sizes differ: {told}; register depth to colour and give that camera's intrinsics")
@@ -117,6 +123,8 @@ def _settings(path: Path) -> dict:
         return {}
     try:
         settings = json.loads(path.read_text())
+        if not isinstance(settings, dict):
+            raise TypeError(f"it holds a {type(settings).__name__}")
         bad = [k for k in ("depth_scale", "fps") if k in settings and not float(settings[k]) > 0]
     except (ValueError, TypeError, AttributeError) as error:
         raise BadInput(f"{path}: not a JSON object with depth_scale and fps ({error})") from error
@@ -128,13 +136,17 @@ def _settings(path: Path) -> dict:
 def _timestamps(path: Path, count: int, rate: float) -> np.ndarray:
     if not path.is_file():
         return np.arange(count) / rate
-    with path.open(newline="") as file:
-        rows = list(csv.DictReader(file))
+    with path.open(newline="", encoding="utf-8-sig", errors="replace") as file:
+        lines = list(file)
     try:
+        rows = list(csv.DictReader(lines))
         table = {int(row["frame"]): float(row["seconds"]) for row in rows}
         times = np.array([table[i] for i in range(count)])
-    except (KeyError, ValueError, TypeError) as error:
+    except (KeyError, ValueError, TypeError, OverflowError, csv.Error) as error:
         raise BadInput(f"{path}: needs columns frame,seconds, a row for each of {count} frames ({error!r})") from error
-    if (np.diff(times) <= 0).any():
-        raise BadInput(f"{path}: seconds must grow; they do not after frame {int(np.argmax(np.diff(times) <= 0))}")
+    grows = np.diff(times) > 0
+    if not (grows.all() and np.isfinite(times).all()):
+        raise BadInput(
+            f"{path}: seconds must grow; they do not after frame {int(np.argmin(grows)) if len(grows) else 0}"
+        )
     return times - times[0]

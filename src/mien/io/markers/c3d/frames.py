@@ -85,7 +85,7 @@ def read_frames(data: bytes, layout: C3dLayout, processor: int) -> Float[np.ndar
 def _stated(size: int, header: C3dHeader, parameters: C3dParameters) -> Iterator[C3dLayout]:
     """Every layout that header and parameters name together, the likeliest first."""
     points = _distinct(parameters.count("POINT", "USED") or None, header.points or None) or [0]
-    scales = _distinct(parameters.number("POINT", "SCALE") or None, header.scale or None, -1.0)[:2]
+    scales = _distinct(parameters.number("POINT", "SCALE") or None, header.scale or None) or [-1.0]
     data_start = parameters.count("POINT", "DATA_START")
     starts = [start for start in _distinct(_byte(data_start), _byte(header.data_block)) if BLOCK <= start <= size]
     starts = starts or [min(parameters.end, size)]
