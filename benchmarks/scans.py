@@ -24,11 +24,10 @@ from mien.reports.scans import surface_distances
 from mien.rig import Rig
 from mien.scans.pipeline import RegisteredScans, ScansConfig, register_scans
 from mien.scans.reconstruct import ScanSolve, meet_markers, solve_on_scans, solve_weights
-from mien.scans.select_frames import SelectConfig, select_frames
-from mien.scans.selection import SelectTakeConfig, select_take
+from mien.scans.select.select_frames import SelectConfig, select_frames
+from mien.scans.select.take_selection import SelectTakeConfig, select_take
 from mien.stage import ScanConfig, SkinConfig, make_performer, make_skin, marker_layout, perform, scan, scripted
 from mien.stage.score_material import MaterialScore, material_under, scan_errors, score_material
-from mien.step_cache import Store
 from mien.transforms import Transform
 
 PAPER_S = {"selection": 2 * 3600, "marker registration": 0.2 * 3600, "scan registration": 5 * 3600}
@@ -147,7 +146,7 @@ def without_fine(found: RegisteredScans) -> RegisteredScans:
     template, rig = found.template, found.scan_rig
     goals = rig.expressions
     skin = meet_markers(
-        template.skin.mesh, found.coarse, found.attachment, goals, found.on_scans.standoff, found.covered
+        template.skin, found.coarse, found.attachment, goals, found.on_scans.standoff, found.covered
     )
     rest, *others = (template.whole(x) for x in skin)
     made = Rig(rig.rig.neutral.with_vertices(rest), np.stack(others) - rest, rig.rig.names)
@@ -170,7 +169,7 @@ def main() -> None:
     frames = selected.selection.frames.tolist()
     begin = time.perf_counter()
     found = register_scans(
-        take.markers, [s.scan for s in scans], frames, load_face(), config, store=Store(args.work), progress=clock
+        take.markers, [s.scan for s in scans], frames, load_face(), config, work=args.work, progress=clock
     )
     whole = time.perf_counter() - begin
     solved = solve_on_scans(take.markers, found.scan_rig)

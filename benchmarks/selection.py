@@ -15,7 +15,7 @@ import time
 import numpy as np
 import scipy.optimize
 
-from mien.scans.select_frames import SelectConfig, select_frames
+from mien.scans.select.select_frames import SelectConfig, select_frames
 from mien.stage import make_performer, marker_layout, perform, random_performance
 from mien.takes.gaps import GapConfig, fill_gaps
 from mien.takes.stabilise import stabilise

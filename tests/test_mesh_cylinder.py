@@ -25,8 +25,8 @@ def _nose(angle, y):
     return 18 * knob, -22 * knob
 
 
-def _signed_areas(places, faces):
-    a, b, c = (places[faces[:, i]] for i in range(3))
+def _signed_areas(uv, faces):
+    a, b, c = (uv[faces[:, i]] for i in range(3))
     return ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]) / 2
 
 
@@ -49,9 +49,9 @@ def test_a_cylinder_unrolls_without_distortion():
     cylinder = Cylinder(5.0, -60.0, 80.0)
     flat = unroll_face(_shell(), pixel_mm=0.5, cylinder=cylinder)
     assert (flat.folded, flat.squeezed, flat.moved) == (0, 0, 0)
-    np.testing.assert_allclose(np.ptp(flat.places, axis=0) * 0.5, [80 * 2.4, 160], atol=1e-9)
+    np.testing.assert_allclose(np.ptp(flat.uv, axis=0) * 0.5, [80 * 2.4, 160], atol=1e-9)
     assert flat.shape == (325, 389)
-    right_top = flat.places.reshape(41, 41, 2)[-1, -1]
+    right_top = flat.uv.reshape(41, 41, 2)[-1, -1]
     np.testing.assert_allclose(right_top, [2 + 192 / 0.5, 2], atol=1e-9)
 
 
@@ -70,11 +70,11 @@ def test_folds_are_undone_where_they_are():
     cylinder = Cylinder(5.0, -60.0, 80.0)
     flat = unroll_face(mesh, cylinder=cylinder)
     assert flat.folded > 10
-    areas = _signed_areas(flat.places * [1, -1], mesh.faces)
+    areas = _signed_areas(flat.uv * [1, -1], mesh.faces)
     assert (areas > 0).all()
     plain = cylinder.unroll(mesh.vertices) / 0.5
     far = np.hypot(mesh.vertices[:, 0] - 5.0, mesh.vertices[:, 1]) > 65
-    shift = flat.places * [1, -1] - plain
+    shift = flat.uv * [1, -1] - plain
     np.testing.assert_allclose(shift[far] - shift[far][0], 0, atol=1e-6)
     assert 0 < flat.moved < 0.6 * len(mesh.vertices)
 
@@ -84,9 +84,9 @@ def test_the_map_is_one_to_one():
     mesh = _shell(_nose)
     flat = unroll_face(mesh)
     image = flat.image()
-    back = image.surface_at(flat.places).points(mesh)
+    back = image.surface_at(flat.uv).points(mesh)
     np.testing.assert_allclose(back, mesh.vertices, atol=1e-6)
-    areas = np.abs(_signed_areas(flat.places, mesh.faces)).sum()
+    areas = np.abs(_signed_areas(flat.uv, mesh.faces)).sum()
     np.testing.assert_allclose(image.mask.sum(), areas, rtol=0.01)
     assert flat.overlap < 0.01
 
@@ -112,10 +112,10 @@ def test_distortion_is_least_for_rigid_maps_and_its_gradient_is_right():
     value, slope = _distortion(turned, faces[:1], own, size, 1e-9)
     np.testing.assert_allclose(value, 4 * size[0], rtol=1e-6)
     np.testing.assert_allclose(slope, 0, atol=1e-6)
-    places, direction = rng.standard_normal((2, 5, 2))
+    uv, direction = rng.standard_normal((2, 5, 2))
     step = 1e-6
-    ends = [_distortion(places + t * direction, faces, gradients, areas, 0.3)[0] for t in (step, -step)]
-    slope = _distortion(places, faces, gradients, areas, 0.3)[1]
+    ends = [_distortion(uv + t * direction, faces, gradients, areas, 0.3)[0] for t in (step, -step)]
+    slope = _distortion(uv, faces, gradients, areas, 0.3)[1]
     np.testing.assert_allclose((ends[0] - ends[1]) / (2 * step), (slope * direction).sum(), rtol=1e-5)
 
 

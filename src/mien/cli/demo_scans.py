@@ -22,18 +22,17 @@ def demo_scans(folder: Path, seed: int, seconds: float | None, count: int) -> No
     from ..scans.reconstruct import solve_on_scans
     from ..scans.scan_files import match_scans
     from ..scans.scan_rig import record_beside, write_record
-    from ..scans.selection import read_selection
-    from ..step_cache import Store
+    from ..scans.select.take_selection import read_selection
     from .bar import bar
 
     FaceLandmarker().close()
     with bar() as progress:
         staged = stage(folder, seed, seconds or 12.0, count, progress)
         recorded, config = read_markers(folder / "take.c3d"), ScansConfig(density=1)
-        files = match_scans(folder / "scans", read_selection(folder / "selection.json").frames)
+        files, _ = match_scans(folder / "scans", read_selection(folder / "selection.json").frames)
         scans, frames = [replace(f.read(), name=f.name) for f in files], [f.frame for f in files]
-        store = Store(folder / "rig.work")
-        found = register_scans(recorded, scans, frames, load_face(), config, store=store, progress=progress)
+        work = folder / "rig.work"
+        found = register_scans(recorded, scans, frames, load_face(), config, work=work, progress=progress)
         distances = surface_distances(found)
         write_rig(folder / "rig.glb", found.scan_rig.rig)
         write_record(record_beside(folder / "rig.glb"), scans_record(found, distances, "take.c3d"))
@@ -53,8 +52,8 @@ def stage(folder: Path, seed: int, seconds: float, count: int, progress):
     """A take of a performer with wrinkles, the frames to scan, and the scans; the truth of both."""
     from ..io.markers import read_markers, write_c3d
     from ..io.meshes import write_mesh
-    from ..scans.select_frames import SelectConfig
-    from ..scans.selection import SelectTakeConfig, select_take, write_selection
+    from ..scans.select.select_frames import SelectConfig
+    from ..scans.select.take_selection import SelectTakeConfig, select_take, write_selection
     from ..stage import ScanConfig, SkinConfig, make_performer, make_skin, marker_layout, perform, scan, scripted
 
     progress.update("staging a performance", 0, 2 + SCANS)

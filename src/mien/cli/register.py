@@ -24,7 +24,7 @@ def register(
     constraints: Path | None = None,
     template: str | None = None,
     density: int | None = None,
-    partial: bool = False,
+    strict: bool = False,
     units: str | None = None,
     rate: float | None = None,
     unit: str | None = None,
@@ -53,12 +53,12 @@ def register(
     constraints
         Points and curves that correspond, by hand (.json; see docs/conventions.md). Reruns only what they touch.
     template
-        Topology of a folder's rig: a mesh of a face (.obj, .ply, .stl, .glb), or `scan` for the resting scan's own. By
+        Topology of a folder's rig: a mesh of a face (.obj, .ply, .stl, .glb), or `scan` for the neutral scan's own. By
         default the bundled face's.
     density
         Rounds of subdivision of the result, each with four times the triangles: 0 for one scan, 2 for a folder.
-    partial
-        Go on although selected frames have no scan.
+    strict
+        Stop at a scan of a folder that is missing or cannot be used; by default it is named and left out.
     units
         Of the take: mm, cm, m, in, or millimetres in one unit as a number.
     rate
@@ -79,7 +79,7 @@ def register(
                 "--markers TAKE --selection selection.json (or give one scan)"
             )
         take = _Take(markers, selection, units, rate)
-        made = _Made(template, 2 if density is None else density, partial, unit)
+        made = _Made(template, 2 if density is None else density, strict, unit)
         register_folder(scans, take, output, constraints, made, report)
     elif markers is not None or selection is not None or constraints is not None:
         raise BadInput(f"{scans}: one scan; --markers, --selection and --constraints go with a folder of scans")
@@ -127,7 +127,7 @@ class _Made:
 
     template: str | None = None
     density: int = 2
-    partial: bool = False
+    strict: bool = False
     unit: str | None = None
 
 
@@ -141,26 +141,27 @@ def register_folder(
     from ..io.meshes import read_scan
     from ..reports.scans import scans_record, scans_report, surface_distances
     from ..scans.pipeline import ScansConfig, register_scans
-    from ..scans.scan_files import match_scans
+    from ..scans.scan_files import match_scans, read_scans
     from ..scans.scan_rig import record_beside, write_record
-    from ..scans.selection import read_selection
-    from ..step_cache import Store
+    from ..scans.select.take_selection import read_selection
 
     chosen = read_selection(take.selection)
-    files = match_scans(folder, chosen.frames, made.partial)
+    files, unmatched = match_scans(folder, chosen.frames, made.strict)
     by_hand = read_constraints(constraints) if constraints else ()
     file = read_marker_file(existing(take.markers), take.units, take.rate)
-    config = replace(ScansConfig(), density=made.density)
+    config = replace(ScansConfig(), density=made.density, strict=made.strict)
     template = None if made.template is None else "scan" if made.template == "scan" else read_scan(made.template)
     with bar() as progress:
-        scans = [replace(f.read(made.unit), name=f.name) for f in files]
-        frames, store = [f.frame for f in files], Store(output.with_suffix(".work"))
-        found = register_scans(file.markers, scans, frames, load_face(), config, by_hand, template, store, progress)
+        readable, scans, unread = read_scans(files, made.unit, made.strict)
+        found = register_scans(
+            file.markers, scans, [f.frame for f in readable], load_face(), config,
+            constraints=by_hand, template=template, work=output.with_suffix(".work"), progress=progress,
+        )  # fmt: skip
         distances = surface_distances(found)
         write_rig(output, found.scan_rig.rig)
         write_record(record_beside(output), scans_record(found, distances, take.markers.name))
         scans_report(folder.name, found, distances, config).write(report or output.with_suffix(".html"))
-    for line in [*file.warnings, *summary(found, distances)]:
+    for line in [*file.warnings, *map(str, unmatched + unread), *summary(found, distances)]:
         print(line)
 
 
@@ -168,15 +169,16 @@ def summary(found, distances) -> list[str]:
     """The lines that end the registration of a folder."""
     import numpy as np
 
-    from ..scans.template import EIGHT
+    from ..scans.scan_template import FINE_REGIONS
 
     known = distances[np.isfinite(distances)]
     lines = [
         f"{len(found.scans)} scans in one topology of {len(found.template.mesh.vertices):,} vertices; mean distance to "
         f"the scans {known.mean():.3f} mm (95th percentile {np.quantile(known, 0.95):.3f} mm)"
     ]
+    lines[:0] = map(str, found.left_out)
     for scan, bad in zip(found.scans, found.fine.unreliable, strict=True):
         if bad.any():
-            regions = ", ".join(EIGHT[r].replace("_", " ") for r in np.flatnonzero(bad))
+            regions = ", ".join(FINE_REGIONS[r].replace("_", " ") for r in np.flatnonzero(bad))
             lines.append(f"not reliable: {scan.name}: {regions}; --constraints helps")
     return lines

@@ -8,8 +8,8 @@ from cyclopts import Parameter
 
 from ..files import existing
 from ..io.markers import read_marker_file
-from ..scans.select_frames import SelectConfig
-from ..scans.selection import SelectTakeConfig, TakeSelection, select_take, write_selection
+from ..scans.select.select_frames import SelectConfig
+from ..scans.select.take_selection import SelectTakeConfig, TakeSelection, select_take, write_selection
 from .bar import bar
 from .options import verb
 
@@ -70,7 +70,7 @@ def select(
 
 def studied(found: TakeSelection, progress):
     """The marker study on what the selection saw."""
-    from ..scans.marker_reduction import select_markers
+    from ..scans.select.marker_reduction import select_markers
 
     return select_markers(found.positions, found.bases, progress=progress)
 

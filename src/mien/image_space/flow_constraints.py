@@ -16,24 +16,24 @@ HOLD_MM = 1.5
 
 
 @runtime_checkable
-class Sheet(Protocol):
+class UnwrappedScan(Protocol):
     """A scan in the layout."""
 
     def pixels(self, points: Float[np.ndarray, "k 3"]) -> Float[np.ndarray, "k 2"]:
         """Where points of the scan (mm) are laid out."""
         ...
 
-    def carried(self, points: Float[np.ndarray, "k 3"], places: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "k 2"]:
-        """Where its points come to be when its vertices go to `places` in the image."""
+    def transported(self, points: Float[np.ndarray, "k 3"], uv: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "k 2"]:
+        """Where its points come to be when its vertices go to `uv` in the image."""
         ...
 
     @property
-    def places(self) -> Float[np.ndarray, "n 2"]:
+    def uv(self) -> Float[np.ndarray, "n 2"]:
         """Where its vertices are now, pixels."""
         ...
 
 
-def near_points(points: Float[np.ndarray, "k 2"], shape: tuple[int, int], sigma: float) -> Float[np.ndarray, "h w"]:
+def falloff_round(points: Float[np.ndarray, "k 2"], shape: tuple[int, int], sigma: float) -> Float[np.ndarray, "h w"]:
     """1 at image points, falling off over `sigma` pixels."""
     away = np.ones(shape, bool)
     x, y = np.clip(np.round(points).astype(int), 0, [shape[1] - 1, shape[0] - 1]).T
@@ -41,7 +41,7 @@ def near_points(points: Float[np.ndarray, "k 2"], shape: tuple[int, int], sigma:
     return np.exp(-0.5 * (np.asarray(distance_transform_edt(away)) / sigma) ** 2)
 
 
-def within(held: FlowConstraints | None, mask: Float[np.ndarray, "h w"]) -> FlowConstraints | None:
+def constraints_in_region(held: FlowConstraints | None, mask: Float[np.ndarray, "h w"]) -> FlowConstraints | None:
     """Those constraints that start in a region."""
     if held is None:
         return None
@@ -53,7 +53,7 @@ def within(held: FlowConstraints | None, mask: Float[np.ndarray, "h w"]) -> Flow
 
 
 def constraints_on(
-    sheets: Sequence[Sheet], i: int, constraints: Sequence[PairConstraint], pixel_mm: float
+    scans: Sequence[UnwrappedScan], i: int, constraints: Sequence[PairConstraint], pixel_mm: float
 ) -> FlowConstraints | None:
     """What is known of scan i: where in its image the vertices under the other scan's points are, and belong."""
     found: FlowConstraints | None = None
@@ -62,14 +62,14 @@ def constraints_on(
         if i not in constraint.scans:
             continue
         me = constraint.scans.index(i)
-        other = sheets[constraint.scans[1 - me]]
+        other = scans[constraint.scans[1 - me]]
         parts = []
         if len(constraint.points[0]):
-            source = other.carried(constraint.points[1 - me], sheets[i].places)
-            parts.append(FlowConstraints(source, sheets[i].pixels(constraint.points[me])))
+            source = other.transported(constraint.points[1 - me], scans[i].uv)
+            parts.append(FlowConstraints(source, scans[i].pixels(constraint.points[me])))
         for curve in constraint.curves:
-            source = other.carried(_dense(curve[1 - me]), sheets[i].places)
-            parts.append(curve_constraints(source, sheets[i].pixels(_dense(curve[me])), spacing=2.0))
+            source = other.transported(_dense(curve[1 - me]), scans[i].uv)
+            parts.append(curve_constraints(source, scans[i].pixels(_dense(curve[me])), spacing=2.0))
         for part in parts:
             part = _spread(part, radius)
             found = part if found is None else found + part

@@ -18,7 +18,7 @@ from ..mesh import Attachment, Mesh, SurfaceImage, cotangent_laplacian, submesh,
 SHOWN = 0.05
 """Triangles count as face where the masks of the regions add up to this."""
 HALVINGS = 6
-"""How often a step is halved round triangles that it would turn over."""
+"""How often a step is halved round triangles that it would turn over, before their corners stay where they are."""
 
 
 class Layout:
@@ -36,7 +36,7 @@ class Layout:
         self.mesh, self.vertices = submesh(mesh, used)
         """The face alone, mean shape, and the vertices of the whole mesh that it has."""
         unrolled = unroll_face(self.mesh, pixel_mm)
-        self.home: Float[np.ndarray, "n 2"] = unrolled.places
+        self.home: Float[np.ndarray, "n 2"] = unrolled.uv
         self.image: SurfaceImage = unrolled.image()
         self.alpha = alpha
         masks = np.stack([mask[self.vertices] for mask in regions.values()], 1)
@@ -58,22 +58,30 @@ class Layout:
         """Eq. 11: what least squares make of the steps when differential coordinates are to stay."""
         return self._smoother.solve(np.ascontiguousarray(steps))
 
-    def moved(self, places: Float[np.ndarray, "n 2"], steps: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "n 2"]:
-        """`places` after smoothed steps, halved round triangles that would turn over; on the surface."""
-        steps = self.smoothed(steps)
-        faces = self.mesh.faces
-        for _ in range(HALVINGS):
-            turned = signed_areas(places + steps, faces) * signed_areas(self.home, faces) <= 0
+    def moved(self, uv: Float[np.ndarray, "n 2"], steps: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "n 2"]:
+        """`uv` after smoothed steps, halved where triangles would turn over, in the end to nothing; on the surface.
+
+        No triangle turns over that was the right way round before.
+        """
+        stepped, home = self.smoothed(steps), signed_areas(self.home, self.mesh.faces)
+        already = signed_areas(uv, self.mesh.faces) * home <= 0
+        new = self._inside(uv + stepped)
+        for halving in range(len(self.home)):
+            turned = (signed_areas(new, self.mesh.faces) * home < 0) & ~already
             if not turned.any():
                 break
-            steps[np.unique(faces[turned])] *= 0.5
-        new = places + steps
-        flat = Mesh(np.column_stack([self.home, np.zeros(len(self.home))]), faces)
-        return self.image.surface_at(new).points(flat)[:, :2]
+            stepped[np.unique(self.mesh.faces[turned])] *= 0.5 if halving < HALVINGS else 0.0
+            new = self._inside(uv + stepped)
+        return new
 
-    def on_surface(self, places: Float[np.ndarray, "n 2"]) -> Attachment:
-        """The surface points, on the triangles of `mesh`, that are laid out at `places`."""
-        return self.image.surface_at(places)
+    def _inside(self, uv: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "n 2"]:
+        """The closest places on the surface."""
+        flat = Mesh(np.column_stack([self.home, np.zeros(len(self.home))]), self.mesh.faces)
+        return self.image.surface_at(uv).points(flat)[:, :2]
+
+    def on_surface(self, uv: Float[np.ndarray, "n 2"]) -> Attachment:
+        """The surface points, on the triangles of `mesh`, that are laid out at `uv`."""
+        return self.image.surface_at(uv)
 
     def place_of(self, attachment: Attachment) -> Float[np.ndarray, "p 2"]:
         """Where points of the surface are laid out."""
@@ -89,9 +97,9 @@ def blending(masks: Float[np.ndarray, "h w r"]) -> Float[np.ndarray, "h w r"]:
     return weights / np.maximum(weights.sum(axis=2, keepdims=True), 0.5)
 
 
-def signed_areas(places: Float[np.ndarray, "n 2"], faces: Int[np.ndarray, "m 3"]) -> Float[np.ndarray, " m"]:
+def signed_areas(uv: Float[np.ndarray, "n 2"], faces: Int[np.ndarray, "m 3"]) -> Float[np.ndarray, " m"]:
     """Of triangles in the image, square pixels; the sign says which way round they are."""
-    b, c = places[faces[:, 1]] - places[faces[:, 0]], places[faces[:, 2]] - places[faces[:, 0]]
+    b, c = uv[faces[:, 1]] - uv[faces[:, 0]], uv[faces[:, 2]] - uv[faces[:, 0]]
     return (b[:, 0] * c[:, 1] - b[:, 1] * c[:, 0]) / 2
 
 

@@ -13,7 +13,7 @@ from ..register import Surface
 from .config import FineConfig
 from .constraints import PairConstraint
 from .features import averaged, detail, over, raw_images
-from .flow_constraints import constraints_on, near_points, within
+from .flow_constraints import constraints_in_region, constraints_on, falloff_round
 from .layout import SHOWN, Layout, sampled
 
 FAR_MM = 10.0
@@ -24,7 +24,7 @@ LEAST = 0.1
 """Evidence below which a region is left as it is."""
 
 
-class Sheet:
+class UnwrappedScan:
     """One scan in the layout: its detail, fixed to its surface, and where its vertices are now."""
 
     def __init__(self, layout: Layout, shape: np.ndarray, surface: Surface | None, config: FineConfig):
@@ -36,18 +36,18 @@ class Sheet:
         self.detail = [detail(curvature, config.curvature, config.pixel_mm)]
         if colour is not None and config.colour is not None:
             self.detail.append(detail(colour, config.colour, config.pixel_mm))
-        self.places: Float[np.ndarray, "n 2"] = layout.home.copy()
+        self.uv: Float[np.ndarray, "n 2"] = layout.home.copy()
 
     def resume(self, vertices: np.ndarray) -> None:
         """Take up the vertices of an earlier result."""
         found = closest_point(self.mesh, vertices[self.layout.vertices])
-        self.places = self.layout.place_of(found.attachment())
+        self.uv = self.layout.place_of(found.attachment())
 
     def vertices(self) -> Float[np.ndarray, "n 3"]:
         """The whole scan with its vertices where they are now, mm."""
         out = self.shape.copy()
-        moved = (self.places != self.layout.home).any(axis=1)
-        found = self.layout.on_surface(self.places[moved])
+        moved = (self.uv != self.layout.home).any(axis=1)
+        found = self.layout.on_surface(self.uv[moved])
         out[self.layout.vertices[moved]] = found.points(self.mesh)
         return out
 
@@ -65,21 +65,24 @@ class Sheet:
             )
         return self.layout.place_of(found.attachment())
 
-    def carried(self, points: Float[np.ndarray, "k 3"], places: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "k 2"]:
-        """Where its points come to be when its vertices go to `places` in the image."""
+    def transported(self, points: Float[np.ndarray, "k 3"], uv: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "k 2"]:
+        """Where its points come to be when its vertices go to `uv` in the image."""
         faces = self.layout.mesh.faces
-        found = SurfaceImage(self.places, faces, self.layout.shape).surface_at(self.pixels(points))
-        return np.einsum("pc,pcd->pd", found.barycentric, places[faces[found.faces]])
+        found = SurfaceImage(self.uv, faces, self.layout.shape).surface_at(self.pixels(points))
+        return np.einsum("pc,pcd->pd", found.barycentric, uv[faces[found.faces]])
 
 
 def prewarped(
-    layout: Layout, sheet: Sheet, others: list[Sheet], images: Callable[[Sheet], list[np.ndarray]]
+    layout: Layout,
+    scan: UnwrappedScan,
+    others: list[UnwrappedScan],
+    images: Callable[[UnwrappedScan], list[np.ndarray]],
 ) -> Float[np.ndarray, "kinds h w c"]:
     """Images of other scans where the current correspondences put them on this one; NaN where they show nothing."""
-    drawn = SurfaceImage(sheet.places, layout.mesh.faces, layout.shape)
-    where = drawn.draw(np.stack([other.places for other in others], axis=1))
+    drawn = SurfaceImage(scan.uv, layout.mesh.faces, layout.shape)
+    where = drawn.draw(np.stack([other.uv for other in others], axis=1))
     known = np.isfinite(where[..., 0, 0])
-    out = np.full((len(images(sheet)), *layout.shape, len(others)), np.nan)
+    out = np.full((len(images(scan)), *layout.shape, len(others)), np.nan)
     for c, other in enumerate(others):
         for kind, image in enumerate(images(other)[: len(out)]):
             out[kind, known, c] = sampled(image, where[known][:, c])[:, 0]
@@ -88,33 +91,38 @@ def prewarped(
 
 def local_align(
     layout: Layout,
-    sheets: list[Sheet],
+    scans: list[UnwrappedScan],
     i: int,
     near: Int[np.ndarray, "regions m"],
     config: FineConfig,
     constraints: Sequence[PairConstraint],
-) -> None:
+) -> Bool[np.ndarray, " regions"]:
     """Eq. 9-11 for scan i: flow per region from the neighbours' features to its own, blended, smoothed, applied.
+
+    Gives back in which regions the flow met its tolerance; a region without evidence, which stays, did.
 
     The flow runs from the neighbours to the scan, so that it says of each vertex where on the scan it belongs. (From
     the scan to its neighbours, as the paper has it, its inverse would be wanted.)
     """
-    sheet, who = sheets[i], np.unique(near)
+    scan, who = scans[i], np.unique(near)
+    converged = np.ones(len(near), bool)
     if not len(who):
-        return
-    compared = compared_with(layout, sheet, [sheets[k] for k in who])
-    held = constraints_on(sheets, i, constraints, config.pixel_mm)
+        return converged
+    compared = compared_with(layout, scan, [scans[k] for k in who])
+    held = constraints_on(scans, i, constraints, config.pixel_mm)
     offset = np.zeros((*layout.shape, 2))
     for r, members in enumerate(near):
-        flow = _region_flow(layout, r, compared, np.searchsorted(who, members), held, config)
-        if flow is not None:
+        found = _region_flow(layout, r, compared, np.searchsorted(who, members), held, config)
+        if found is not None:
+            flow, converged[r] = found
             offset += layout.weights[..., r, None] * flow
     most = config.most_mm / config.pixel_mm
     if held is not None:
         most = max(most, 2 * float(np.linalg.norm(held.target - held.source, axis=1).max()))
     size = np.sqrt((offset**2).sum(axis=2, keepdims=True))
     offset = offset * (most / np.maximum(size, most))
-    sheet.places = layout.moved(sheet.places, sampled(offset, sheet.places))
+    scan.uv = layout.moved(scan.uv, sampled(offset, scan.uv))
+    return converged
 
 
 @dataclass(frozen=True)
@@ -129,12 +137,12 @@ class Compared:
     """0..1, what the clearest kind of detail offers."""
 
 
-def compared_with(layout: Layout, sheet: Sheet, others: list[Sheet]) -> Compared:
+def compared_with(layout: Layout, scan: UnwrappedScan, others: list[UnwrappedScan]) -> Compared:
     """What the scan and the others show at the same vertices now."""
-    warped = np.nan_to_num(prewarped(layout, sheet, others, lambda s: [d.scaled for d in s.detail]))
-    theirs = np.nan_to_num(prewarped(layout, sheet, others, lambda s: [d.evidence for d in s.detail]))
-    trust = np.stack([d.evidence for d in sheet.detail])[..., None] * theirs
-    mine = np.stack([d.scaled for d in sheet.detail])[..., None]
+    warped = np.nan_to_num(prewarped(layout, scan, others, lambda s: [d.scaled for d in s.detail]))
+    theirs = np.nan_to_num(prewarped(layout, scan, others, lambda s: [d.evidence for d in s.detail]))
+    trust = np.stack([d.evidence for d in scan.detail])[..., None] * theirs
+    mine = np.stack([d.scaled for d in scan.detail])[..., None]
     return Compared(warped * trust, mine * trust, trust.max(axis=0))
 
 
@@ -145,11 +153,14 @@ def _region_flow(
     members: Int[np.ndarray, " m"],
     held: FlowConstraints | None,
     config: FineConfig,
-) -> Float[np.ndarray, "h w 2"] | None:
-    """Steps of one region, pixels, that fade away from evidence and from constraints; None for no evidence."""
+) -> tuple[Float[np.ndarray, "h w 2"], bool] | None:
+    """Steps of one region, pixels, that fade away from evidence and from constraints, and whether the flow converged.
+
+    None for no evidence.
+    """
     source, target = (np.concatenate(list(x[..., members]), axis=2) for x in (compared.source, compared.target))
     mask = (layout.masks[..., region] > SHOWN) & layout.image.mask
-    here = within(held, layout.masks[..., region])
+    here = constraints_in_region(held, layout.masks[..., region])
     if not mask.any():
         return None
     evidence = np.where(mask, compared.evidence[..., members].max(axis=2), 0.0)
@@ -159,14 +170,15 @@ def _region_flow(
     reach = np.clip(averaged(evidence, mask, sigma) / config.enough, 0, 1)
     margin = config.flow.margin
     if here is not None:
-        reach = np.maximum(reach, near_points(here.source, layout.shape, 2 * sigma))
+        reach = np.maximum(reach, falloff_round(here.source, layout.shape, 2 * sigma))
         margin = max(margin, int(np.abs(here.target - here.source).max()) + 8)
     box = _box(mask, margin)
     if here is not None:
         here = here.moved((box[1].start, box[0].start))
     flow = np.zeros((*layout.shape, 2))
-    flow[box] = optical_flow(source[box], target[box], None, here, config.flow).flow
-    return reach[..., None] * flow
+    found = optical_flow(source[box], target[box], None, here, config.flow)
+    flow[box] = found.flow
+    return reach[..., None] * flow, found.converged
 
 
 def _box(mask: Bool[np.ndarray, "h w"], margin: int) -> tuple[slice, slice]:

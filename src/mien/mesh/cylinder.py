@@ -49,7 +49,7 @@ class Cylinder:
 class Unrolled:
     """A mesh laid out in an image as seen from outside: the subject's left is on the right, up is up."""
 
-    places: Float[np.ndarray, "n 2"]
+    uv: Float[np.ndarray, "n 2"]
     """Vertices in pixels (x, y), centres at integers, y down."""
     faces: Int[np.ndarray, "m 3"]
     shape: tuple[int, int]
@@ -67,14 +67,14 @@ class Unrolled:
     @property
     def overlap(self) -> float:
         """Share of the surface's area in the image that lies over other surface; about 0 if one-to-one."""
-        corners = self.places[self.faces]
+        corners = self.uv[self.faces]
         b, c = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
         area = np.abs(b[:, 0] * c[:, 1] - b[:, 1] * c[:, 0]).sum() / 2
         return max(0.0, 1 - float(self.image().mask.sum() / max(area, 1.0)))
 
     def image(self) -> SurfaceImage:
         """The layout as an image to draw into."""
-        return SurfaceImage(self.places, self.faces, self.shape)
+        return SurfaceImage(self.uv, self.faces, self.shape)
 
 
 def fit_cylinder(mesh: Mesh) -> Cylinder:
@@ -113,21 +113,21 @@ def unroll_face(
     flat = cylinder.unroll(mesh.vertices)
     _check_open(mesh, flat, cylinder)
     shares = _area_shares(mesh, flat)
-    places = _unfold(mesh, flat, least_area)
-    used = places[np.unique(mesh.faces)]
+    uv = _unfold(mesh, flat, least_area)
+    used = uv[np.unique(mesh.faces)]
     low, high = used.min(0), used.max(0)
-    pixels = np.stack([places[:, 0] - low[0], high[1] - places[:, 1]], 1) / pixel_mm + MARGIN
+    pixels = np.stack([uv[:, 0] - low[0], high[1] - uv[:, 1]], 1) / pixel_mm + MARGIN
     width, height = np.ceil((high - low) / pixel_mm).astype(int) + 1 + 2 * MARGIN
     folded = shares <= 0
     return Unrolled(
-        places=pixels,
+        uv=pixels,
         faces=mesh.faces,
         shape=(int(height), int(width)),
         pixel_mm=pixel_mm,
         cylinder=cylinder,
         folded=int(folded.sum()),
         squeezed=int((shares < least_area).sum() - folded.sum()),
-        moved=int((places != flat).any(1).sum()),
+        moved=int((uv != flat).any(1).sum()),
     )
 
 
@@ -148,58 +148,58 @@ def _area_shares(mesh: Mesh, flat: np.ndarray) -> Float[np.ndarray, " m"]:
 def _unfold(mesh: Mesh, flat: np.ndarray, least_area: float) -> Float[np.ndarray, "n 2"]:
     """The layout with every triangle turned the right way, changed round folds only."""
     A = adjacency(mesh.faces, len(flat))
-    places = flat.copy()
+    uv = flat.copy()
     edge = mean_edge_length(mesh.vertices, mesh.faces)
     for reach in REACHES:
-        bad = _area_shares(mesh, places) < least_area
+        bad = _area_shares(mesh, uv) < least_area
         if not bad.any():
-            return places
+            return uv
         near = np.zeros(len(flat), bool)
         near[mesh.faces[bad]] = True
         for _ in range(max(2, round(reach / edge))):
             near = near | (A @ near.astype(float) > 0)
-        places = _relay(mesh, places, near)
-    if (_area_shares(mesh, places) <= 0).any():
-        left = int((_area_shares(mesh, places) <= 0).sum())
+        uv = _relay(mesh, uv, near)
+    if (_area_shares(mesh, uv) <= 0).any():
+        left = int((_area_shares(mesh, uv) <= 0).sum())
         raise BadInput(
             f"unroll: {left} triangles stay folded; crop the mesh to one open piece, without what lies behind"
         )
-    return places
+    return uv
 
 
-def _relay(mesh: Mesh, places: np.ndarray, free: Bool[np.ndarray, " n"]) -> Float[np.ndarray, "n 2"]:
+def _relay(mesh: Mesh, uv: np.ndarray, free: Bool[np.ndarray, " n"]) -> Float[np.ndarray, "n 2"]:
     """Lay the free vertices out anew: least distortion of their triangles, folds forbidden ever more sharply."""
     own = face_areas(mesh.vertices, mesh.faces)
     faces = mesh.faces[free[mesh.faces].any(1) & (own > 1e-12)]
     gradients, areas = _surface_gradients(mesh.vertices, faces)
     index = np.flatnonzero(free)
-    places = places.copy()
-    stiffness = _stiffness(faces, gradients, areas, len(places))
+    uv = uv.copy()
+    stiffness = _stiffness(faces, gradients, areas, len(uv))
     factor = spl.splu((stiffness[index][:, index] + 1e-6 * sp.identity(len(index))).tocsc())
 
     def energy(x: np.ndarray, epsilon: float) -> tuple[float, np.ndarray]:
-        places[index] = x
-        value, slope = _distortion(places, faces, gradients, areas, epsilon)
+        uv[index] = x
+        value, slope = _distortion(uv, faces, gradients, areas, epsilon)
         return value, slope[index]
 
-    places[index] = _evened(mesh, places, index)
+    uv[index] = _evened(mesh, uv, index)
     least = -np.inf
     for _ in range(SHARPENINGS):
-        before, least = least, float(np.linalg.det(np.einsum("mcd,mce->mde", places[faces], gradients)).min())
+        before, least = least, float(np.linalg.det(np.einsum("mcd,mce->mde", uv[faces], gradients)).min())
         epsilon = np.sqrt(1e-6 + 0.04 * min(least, 0.0) ** 2)
-        places[index] = descend(partial(energy, epsilon=epsilon), places[index], factor.solve)
+        uv[index] = descend(partial(energy, epsilon=epsilon), uv[index], factor.solve)
         if least > 0 or (before > -np.inf and least < before + 0.02 * abs(before)):
             break
-    return places
+    return uv
 
 
-def _evened(mesh: Mesh, places: np.ndarray, index: Int[np.ndarray, " k"]) -> Float[np.ndarray, "k 2"]:
+def _evened(mesh: Mesh, uv: np.ndarray, index: Int[np.ndarray, " k"]) -> Float[np.ndarray, "k 2"]:
     """Each of the vertices `index` in the middle of its neighbours (Tutte 1963): nearly free of folds to start from."""
-    A = adjacency(mesh.faces, len(places))[index]
-    fixed = np.ones(len(places))
+    A = adjacency(mesh.faces, len(uv))[index]
+    fixed = np.ones(len(uv))
     fixed[index] = 0
     L = sp.diags(np.asarray(A.sum(1)).ravel()) - A[:, index] + 1e-9 * sp.identity(len(index))
-    return spl.splu(L.tocsc()).solve(A @ (places * fixed[:, None]) + 1e-9 * places[index])
+    return spl.splu(L.tocsc()).solve(A @ (uv * fixed[:, None]) + 1e-9 * uv[index])
 
 
 def descend(
@@ -269,14 +269,14 @@ def _surface_gradients(
 
 
 def _distortion(
-    places: np.ndarray, faces: np.ndarray, gradients: np.ndarray, areas: np.ndarray, epsilon: float
+    uv: np.ndarray, faces: np.ndarray, gradients: np.ndarray, areas: np.ndarray, epsilon: float
 ) -> tuple[float, Float[np.ndarray, "n 2"]]:
     """Shape and area distortion over the triangles and its gradient (Garanzha et al. 2021, eq. 3).
 
     With J the triangle's map and D its determinant: (|J|^2 + D^2 + 1) / chi, chi = (D + sqrt(epsilon^2 + D^2)) / 2,
     which is least (4) for a rigid map, and grows without bound as a triangle folds when epsilon goes to 0.
     """
-    J = np.einsum("mcd,mce->mde", places[faces], gradients)
+    J = np.einsum("mcd,mce->mde", uv[faces], gradients)
     D = J[:, 0, 0] * J[:, 1, 1] - J[:, 0, 1] * J[:, 1, 0]
     root = np.sqrt(epsilon**2 + D * D)
     chi = np.where(D > 0, (D + root) / 2, epsilon**2 / (2 * (root - np.minimum(D, 0))))
@@ -285,5 +285,5 @@ def _distortion(
     by_D = 2 * D / chi - top / chi**2 * (chi / root)
     slope = 2 * J / chi[:, None, None] + by_D[:, None, None] * cofactor
     corner = np.einsum("m,mde,mce->mcd", areas, slope, gradients)
-    total = np.stack([np.bincount(faces.ravel(), corner[..., d].ravel(), minlength=len(places)) for d in range(2)], 1)
+    total = np.stack([np.bincount(faces.ravel(), corner[..., d].ravel(), minlength=len(uv)) for d in range(2)], 1)
     return float((areas * top / chi).sum()), total

@@ -15,23 +15,23 @@ from .mesh import Attachment, Mesh
 class SurfaceImage:
     """Triangles laid out flat, and which of them each pixel shows. Build once, draw many.
 
-    places (n, 2): the mesh's vertices in pixels (x, y), centres at integers, y down; faces (m, 3) of the mesh;
+    uv (n, 2): the mesh's vertices in pixels (x, y), centres at integers, y down; faces (m, 3) of the mesh;
     shape: height and width of the image.
 
     Raises:
         BadInput: places that are not finite or are not as many as the faces need.
     """
 
-    def __init__(self, places: Float[np.ndarray, "n 2"], faces: Int[np.ndarray, "m 3"], shape: tuple[int, int]):
-        if not np.isfinite(places).all() or (len(faces) and faces.max() >= len(places)):
-            raise BadInput(f"surface image: {len(places)} places must be finite and one a vertex of the faces")
-        self.places = np.ascontiguousarray(places, np.float64)
+    def __init__(self, uv: Float[np.ndarray, "n 2"], faces: Int[np.ndarray, "m 3"], shape: tuple[int, int]):
+        if not np.isfinite(uv).all() or (len(faces) and faces.max() >= len(uv)):
+            raise BadInput(f"surface image: {len(uv)} places must be finite and one a vertex of the faces")
+        self.uv = np.ascontiguousarray(uv, np.float64)
         self.mesh_faces = np.ascontiguousarray(faces, np.int64)
         self.faces: Int[np.ndarray, "h w"] = np.full(shape, -1, np.int64)
         """The triangle under each pixel; -1 where there is none."""
         self.barycentric: Float[np.ndarray, "h w 3"] = np.zeros((*shape, 3))
         """Where in it the pixel's centre is."""
-        scan_convert(self.places, self.mesh_faces, self.faces, self.barycentric)
+        scan_convert(self.uv, self.mesh_faces, self.faces, self.barycentric)
 
     @property
     def mask(self) -> Bool[np.ndarray, "h w"]:
@@ -54,4 +54,4 @@ class SurfaceImage:
 
     @cached_property
     def _flat(self) -> ClosestPoint:
-        return ClosestPoint(Mesh(np.column_stack([self.places, np.zeros(len(self.places))]), self.mesh_faces))
+        return ClosestPoint(Mesh(np.column_stack([self.uv, np.zeros(len(self.uv))]), self.mesh_faces))

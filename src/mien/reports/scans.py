@@ -14,7 +14,7 @@ from ..pictures.view import View, frontal_camera
 from ..register import Rejection, Surface
 from ..scans.pipeline import RegisteredScans, ScansConfig
 from ..scans.scan_rig import marker_record
-from ..scans.template import EIGHT
+from ..scans.scan_template import FINE_REGIONS
 from .markers import with_dots
 from .page import Report
 from .single_scan import pose_record
@@ -50,8 +50,8 @@ def scans_record(found: RegisteredScans, distances: Float[np.ndarray, "scans n"]
             "surface_mean_mm": round(float(known.mean()), 4) if len(known) else None,
             "surface_p95_mm": round(float(np.quantile(known, 0.95)), 4) if len(known) else None,
             "slid_mm": round(float(found.fine.moved[i]), 4),
-            "fine_error_per_mm": dict(zip(EIGHT, found.fine.errors[i].round(4).tolist(), strict=True)),
-            "unreliable": [EIGHT[r] for r in np.flatnonzero(found.fine.unreliable[i])],
+            "fine_error_per_mm": dict(zip(FINE_REGIONS, found.fine.errors[i].round(4).tolist(), strict=True)),
+            "unreliable": [FINE_REGIONS[r] for r in np.flatnonzero(found.fine.unreliable[i])],
         }
     return {"take": take, "unit": found.unit, "scans": scans, "markers": marker_record(found.scan_rig)}
 
@@ -62,7 +62,7 @@ def scans_report(
     """The page of `mien register SCANS/`."""
     known = distances[np.isfinite(distances)]
     lead = (
-        f"{len(found.scans)} scans in one topology of {len(found.template.mesh.vertices):,} vertices; the resting one "
+        f"{len(found.scans)} scans in one topology of {len(found.template.mesh.vertices):,} vertices; the neutral one "
         f"is {found.scan_rig.resting}. Registered skin to scan: mean {known.mean():.3f} mm, 95th percentile "
         f"{np.quantile(known, 0.95):.3f} mm."
     )
@@ -84,7 +84,7 @@ def scans_report(
         "Difference of the features from the neighbours' after the fine-scale step, 1/mm, by region. An exclamation "
         "mark: not reliable; give correspondences with --constraints."
     )
-    return report.table(_watch_rows(found), ("scan", *(name.replace("_", " ") for name in EIGHT)))
+    return report.table(_watch_rows(found), ("scan", *(name.replace("_", " ") for name in FINE_REGIONS)))
 
 
 def _scan_rows(found: RegisteredScans, distances: np.ndarray) -> list[tuple]:
@@ -130,7 +130,7 @@ def blend_picture(found: RegisteredScans, size: int = 420) -> UInt8[np.ndarray, 
     """
     i = int(found.fine.moved.argmax())
     j = int(found.fine.neighbours[i, 0, 0])
-    view, faces, pictures = _front(found, size), found.template.skin.mesh.faces, []
+    view, faces, pictures = _front(found, size), found.template.skin.faces, []
     for shapes in (found.coarse, found.fine.vertices):
         colours = [_colours(found.scans[k].mesh, shapes[k]) for k in (i, j)]
         both = None if colours[0] is None or colours[1] is None else (colours[0] + colours[1]) / 2
@@ -146,9 +146,9 @@ def _colours(scan: Mesh, vertices: Float[np.ndarray, "n 3"]) -> Float[np.ndarray
 
 def region_picture(found: RegisteredScans, size: int = 260) -> UInt8[np.ndarray, "h w 3"]:
     """Fig. 6: the regions in colour, then a scan and the three closest to it in the left forehead."""
-    faces, regions = found.template.skin.mesh.faces, found.template.regions
-    masks = np.stack([regions[name] for name in EIGHT], 1)
-    tints = colors_of(np.linspace(0.05, 0.95, len(EIGHT)), (0.0, 1.0), "heat")[[0, 4, 1, 5, 2, 6, 3, 7]]
+    faces, regions = found.template.skin.faces, found.template.regions
+    masks = np.stack([regions[name] for name in FINE_REGIONS], 1)
+    tints = colors_of(np.linspace(0.05, 0.95, len(FINE_REGIONS)), (0.0, 1.0), "heat")[[0, 4, 1, 5, 2, 6, 3, 7]]
     share = np.clip(masks.sum(axis=1, keepdims=True), 1e-9, None)
     tinted = np.where(masks.max(axis=1, keepdims=True) > 0.3, masks @ tints / share, 0.75)
     view = _front(found, size)
@@ -164,12 +164,12 @@ def region_picture(found: RegisteredScans, size: int = 260) -> UInt8[np.ndarray,
 
 def curvature_picture(found: RegisteredScans, config: ScansConfig) -> UInt8[np.ndarray, "h w 3"]:
     """Fig. 7: mean curvature of a scan and its three closest in the mouth region, laid out."""
-    regions = {name: found.template.regions[name] for name in EIGHT}
+    regions = {name: found.template.regions[name] for name in FINE_REGIONS}
     i = int(found.fine.moved.argmax())
-    mean = found.template.skin.mesh.with_vertices(found.fine.vertices.mean(axis=0))
+    mean = found.template.skin.with_vertices(found.fine.vertices.mean(axis=0))
     layout = Layout(mean, regions, config.fine.pixel_mm, config.fine.alpha)
     images, captions = [], []
-    for k in (i, *found.fine.neighbours[i, EIGHT.index("mouth")]):
+    for k in (i, *found.fine.neighbours[i, FINE_REGIONS.index("mouth")]):
         shape = layout.mesh.with_vertices(found.fine.vertices[k][layout.vertices])
         scan = Surface(found.scans[k].mesh)
         curvature, _ = raw_images(shape, layout.image, scan, config.fine)
@@ -181,5 +181,5 @@ def curvature_picture(found: RegisteredScans, config: ScansConfig) -> UInt8[np.n
 
 def _front(found: RegisteredScans, size: int) -> View:
     shown = found.template.regions["face"] > 0.5
-    mesh = Mesh(found.skin[0], found.template.skin.mesh.faces)
+    mesh = Mesh(found.skin[0], found.template.skin.faces)
     return frontal_camera(mesh, size, frame=found.skin[:, shown].reshape(-1, 3)[::7])

@@ -14,7 +14,7 @@ from ..errors import BadInput
 from ..image_space.config import FineConfig
 from ..image_space.constraints import PairConstraint
 from ..image_space.layout import SHOWN, Layout
-from ..image_space.local_align import Sheet, local_align, prewarped
+from ..image_space.local_align import UnwrappedScan, local_align, prewarped
 from ..mesh import Mesh
 from ..progress import SILENT, Progress
 from ..register import Surface
@@ -33,6 +33,8 @@ class FineResult:
     unreliable: Bool[np.ndarray, "scans regions"]
     neighbours: Int[np.ndarray, "scans regions m"]
     """Closest first."""
+    converged: Bool[np.ndarray, "scans regions"]
+    """Whether the flow of the last sweep met its tolerance."""
     moved: Float[np.ndarray, " scans"]
     """Mean distance that the vertices of the regions have slid, mm."""
 
@@ -41,7 +43,8 @@ def register_fine(
     shapes: Float[np.ndarray, "scans n 3"],
     faces: Int[np.ndarray, "m 3"],
     regions: dict[str, Float[np.ndarray, " _"]],
-    surfaces: Sequence[Surface] | None = None,
+    scans: Sequence[Mesh] | None = None,
+    weight: Float[np.ndarray, " n"] | None = None,
     config: FineConfig = FineConfig(),
     constraints: Sequence[PairConstraint] = (),
     only: Sequence[int] | None = None,
@@ -53,35 +56,46 @@ def register_fine(
     Args:
         shapes: the scans as large-scale registration left them, in one rigid frame, mm.
         regions: soft masks in 0..1 that overlap; what is in none stays where it is.
-        surfaces: the scans themselves in that frame: curvature and colour are then theirs, not those of `shapes`.
+        scans: the scans themselves in that frame: curvature and colour are then theirs, not those of `shapes`.
+        weight: how far each vertex follows, 0..1; None: all the way.
         only: scans to redo, None for all; the others stay as they are in `start`.
         start: the vertices of an earlier result; the scans to redo begin anew.
 
     Raises:
         BadInput: arrays that do not fit each other, or a scan number that is not there.
     """
-    _check(shapes, regions, surfaces, constraints, only)
+    _check(shapes, regions, scans, constraints, only)
     layout = Layout(Mesh(shapes.mean(axis=0), faces), regions, config.pixel_mm, config.alpha)
-    sheets: list[Sheet] = []
-    for i, shape in enumerate(shapes):
-        sheets.append(Sheet(layout, shape, surfaces[i] if surfaces else None, config))
-        progress.update("looking at the skin", i + 1, len(shapes))
-    chosen = range(len(shapes)) if only is None else sorted(set(only))
+    chosen = list(range(len(shapes))) if only is None else sorted(set(only))
+    unwrapped = _unwrapped(layout, shapes, scans, config, progress)
     if start is not None:
-        for i in sorted(set(range(len(shapes))) - set(chosen)):
-            sheets[i].resume(start[i])
+        for i in set(range(len(shapes))) - set(chosen):
+            unwrapped[i].resume(start[i])
     near = closest_scans(shapes, regions, config.neighbours)
-    before = _errors(layout, sheets, near)
+    before = _errors(layout, unwrapped, near)
+    converged = np.ones(near.shape[:2], bool)
     for sweep in range(config.sweeps):
         for count, i in enumerate(chosen):
-            local_align(layout, sheets, i, near[i], config, constraints)
+            converged[i] = local_align(layout, unwrapped, i, near[i], config, constraints)
             progress.update("aligning wrinkles", sweep * len(chosen) + count + 1, config.sweeps * len(chosen))
     vertices = shapes.copy() if start is None else start.copy()
+    follow = 1.0 if weight is None else weight[:, None]
     for i in chosen:
-        vertices[i] = sheets[i].vertices()
-    errors = _errors(layout, sheets, near)
+        vertices[i] = shapes[i] + follow * (unwrapped[i].vertices() - shapes[i])
     moved = np.linalg.norm(vertices - shapes, axis=2)[:, layout.vertices].mean(axis=1)
-    return FineResult(vertices, errors, before, errors > config.unreliable, near, moved)
+    errors = _errors(layout, unwrapped, near)
+    return FineResult(vertices, errors, before, errors > config.unreliable, near, converged, moved)
+
+
+def _unwrapped(
+    layout: Layout, shapes: np.ndarray, scans: Sequence[Mesh] | None, config: FineConfig, progress: Progress
+) -> list[UnwrappedScan]:
+    """Every scan laid out."""
+    found = []
+    for i, shape in enumerate(shapes):
+        found.append(UnwrappedScan(layout, shape, Surface(scans[i]) if scans else None, config))
+        progress.update("looking at the skin", i + 1, len(shapes))
+    return found
 
 
 def closest_scans(
@@ -108,16 +122,16 @@ def closest_scans(
 
 
 def _errors(
-    layout: Layout, sheets: list[Sheet], near: Int[np.ndarray, "scans regions m"]
+    layout: Layout, unwrapped: list[UnwrappedScan], near: Int[np.ndarray, "scans regions m"]
 ) -> Float[np.ndarray, "scans regions"]:
     """Rms difference of curvature from the neighbours', over each region, 1/mm; 0 without neighbours."""
     out = np.zeros(near.shape[:2])
     if not near.shape[2]:
         return out
-    for i, sheet in enumerate(sheets):
+    for i, scan in enumerate(unwrapped):
         who = np.unique(near[i])
-        theirs = prewarped(layout, sheet, [sheets[k] for k in who], lambda s: [s.curvature])[0]
-        squared = (theirs - sheet.curvature[..., None]) ** 2
+        theirs = prewarped(layout, scan, [unwrapped[k] for k in who], lambda s: [s.curvature])[0]
+        squared = (theirs - scan.curvature[..., None]) ** 2
         known = np.isfinite(squared)
         squared[~known] = 0
         for r, members in enumerate(near[i]):
@@ -127,15 +141,15 @@ def _errors(
     return out
 
 
-def _check(shapes, regions, surfaces, constraints, only) -> None:
+def _check(shapes, regions, scans, constraints, only) -> None:
     n = shapes.shape[1]
     if not regions:
         raise BadInput("fine registration: no regions are given; at least one is needed")
     wrong = [name for name, mask in regions.items() if mask.shape != (n,)]
     if wrong:
         raise BadInput(f"fine registration: region {wrong[0]} must have one value for each of the {n} vertices")
-    if surfaces is not None and len(surfaces) != len(shapes):
-        raise BadInput(f"fine registration: {len(surfaces)} surfaces for {len(shapes)} scans; give one each")
+    if scans is not None and len(scans) != len(shapes):
+        raise BadInput(f"fine registration: {len(scans)} surfaces for {len(shapes)} scans; give one each")
     if not all(0 <= i < len(shapes) for c in constraints for i in c.scans):
         raise BadInput(f"fine registration: constraints must name scans from 0 to {len(shapes) - 1}")
     if only is not None and not all(0 <= i < len(shapes) for i in only):

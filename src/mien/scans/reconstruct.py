@@ -64,7 +64,7 @@ def meet_markers(
     skin's response to each marker is found once.
     """
     D = attachment.matrix(mesh)
-    response = responses(mesh, D, config.reach_mm)
+    response = green_functions(mesh, D, config.reach_mm)
     out = shapes.copy()
     for i, shape in enumerate(shapes):
         held = covered[i]
@@ -76,7 +76,7 @@ def meet_markers(
     return out
 
 
-def responses(mesh: Mesh, D: sp.csr_matrix, reach: float) -> Float[np.ndarray, "n markers"]:
+def green_functions(mesh: Mesh, D: sp.csr_matrix, reach: float) -> Float[np.ndarray, "n markers"]:
     """How the skin moves when one marker's point is pulled: the inverse of the bending energy, a column a marker.
 
     D (markers, n): the points; reach, mm, as in `ReconstructConfig`.
@@ -200,7 +200,7 @@ def correctives(
         return Correctives(nothing, names, np.zeros((frames, 0)), np.zeros_like(known))
     place = scan_rig.attachment
     D = Attachment(place.faces[which], place.barycentric[which]).matrix(mesh)
-    response = responses(mesh, D, config.reach_mm)
+    response = green_functions(mesh, D, config.reach_mm)
     spread = response @ np.linalg.inv(D @ response)
     unit = (right[:keep] * (size[:keep, None] / np.sqrt(frames))).reshape(keep, count, 3)
     shapes = np.einsum("nm,kmd->knd", spread, unit, optimize=True)

@@ -2,13 +2,17 @@
 
 import json
 import re
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ..errors import BadInput
 from ..files import existing
 from ..io.meshes import read_scan
 from ..mesh import Scan
+from .left_out import LeftOut, enough, kept
+
+Outcasts = tuple[LeftOut, ...]
 
 SUFFIXES = (".ply", ".obj", ".stl", ".glb")
 
@@ -35,74 +39,100 @@ class ScanFile:
         return read_scan(self.path, unit)
 
 
-def match_scans(folder: str | Path, frames: tuple[int, ...], partial: bool = False) -> list[ScanFile]:
+def match_scans(folder: str | Path, frames: tuple[int, ...], strict: bool = False) -> tuple[list[ScanFile], Outcasts]:
     """The scans of a folder in the order of `frames`, each by the number that ends its name or by `scans.json`.
 
-    Args:
-        frames: the selected frames.
-        partial: go on without the frames that have no scan.
+    Left out, each with its reason: a name that ends in no number, a number that is no selected frame, a second scan of
+    a frame, a selected frame without a scan.
 
     Raises:
-        BadInput: no scans, a name that ends in no number, a number that is no selected frame, two scans of a frame,
-            frames without a scan.
+        BadInput: fewer than two scans are left, `scans.json` is none, or something is left out and `strict` forbids it.
     """
     folder = existing(folder)
-    named = _named(folder)
-    files = {}
-    for path, frame in named:
-        if frame not in frames:
-            raise BadInput(
-                f"{path}: frame {frame} is not among the selected ones ({_some(frames)}); rename it, or say in "
-                f"{folder / 'scans.json'} which frame it is"
-            )
-        if frame in files:
-            raise BadInput(f"{path}: frame {frame} has a scan already, {files[frame].name}; keep one of them")
-        files[frame] = path
-    missing = [frame for frame in frames if frame not in files]
-    if missing and not partial:
-        raise BadInput(
-            f"{folder}: {len(missing)} of {len(frames)} selected frames have no scan: {_some(missing)}; scan them, or "
-            "go on without them with --partial"
-        )
-    found = [ScanFile(files[frame], frame) for frame in frames if frame in files]
-    if len(found) < 2:
-        raise BadInput(f"{folder}: {len(found)} scan(s) of selected frames; 2 are needed")
-    stems = [file.name for file in found]
-    twice = next((name for name in stems if stems.count(name) > 1), None)
-    if twice:
-        raise BadInput(f"{folder}: two scans are called {twice}; give them different names")
-    return found
+    found, out = kept([_placed(file, frames, folder) for file in _named(folder)], strict)
+    by_frame: dict[int, ScanFile] = {}
+    doubles, names = [], set()
+    for file in found:
+        first = by_frame.get(file.frame)
+        if first is not None:
+            doubles.append(LeftOut(file.path.name, f"frame {file.frame} has a scan already, {first.path.name}"))
+        elif file.name in names:
+            doubles.append(LeftOut(file.path.name, "another scan has the same name; give it a different one"))
+        else:
+            by_frame[file.frame] = file
+            names.add(file.name)
+    missing = [frame for frame in frames if frame not in by_frame]
+    absent = [LeftOut(f"selected frame {frame}", "it has no scan") for frame in missing]
+    out = out + kept([*doubles, *absent], strict)[1]
+    enough(len(by_frame), 2, out)
+    return [by_frame[frame] for frame in frames if frame in by_frame], out
 
 
-def _named(folder: Path) -> list[tuple[Path, int]]:
+def read_scans(
+    files: Sequence[ScanFile], unit: str | None, strict: bool = False
+) -> tuple[list[ScanFile], list[Scan], Outcasts]:
+    """The scans that can be read, with their files.
+
+    Raises:
+        BadInput: fewer than two can be read, or one cannot and `strict` forbids it.
+    """
+    read, out = kept([_read(file, unit) for file in files], strict)
+    enough(len(read), 2, out)
+    return [file for file, _ in read], [scan for _, scan in read], out
+
+
+def _read(file: ScanFile, unit: str | None) -> tuple[ScanFile, Scan] | LeftOut:
+    try:
+        return file, replace(file.read(unit), name=file.name)
+    except BadInput as error:
+        return LeftOut(file.path.name, str(error))
+
+
+def _placed(file: ScanFile | LeftOut, frames: tuple[int, ...], folder: Path) -> ScanFile | LeftOut:
+    if isinstance(file, LeftOut) or file.frame in frames:
+        return file
+    return LeftOut(
+        file.path.name,
+        f"frame {file.frame} is not among the selected ones ({_some(frames)}); rename it, or say in "
+        f"{folder / 'scans.json'} which frame it is",
+    )
+
+
+def _named(folder: Path) -> list[ScanFile | LeftOut]:
     listing = folder / "scans.json"
     if listing.is_file():
         return _listed(listing)
     paths = sorted(p for p in folder.iterdir() if p.suffix.lower() in SUFFIXES and not p.name.startswith("."))
     if not paths:
         raise BadInput(f"{folder}: no scans in it; they are {', '.join(SUFFIXES)} files")
-    found = []
-    for path in paths:
-        number = re.search(r"(\d+)$", path.stem)
-        if number is None:
-            raise BadInput(
-                f"{path}: its name ends in no frame number (as in frame_000123.ply); rename it or list it in {listing}"
-            )
-        found.append((path, int(number.group(1))))
-    return found
+    return [_numbered(path, listing) for path in paths]
 
 
-def _listed(listing: Path) -> list[tuple[Path, int]]:
+def _numbered(path: Path, listing: Path) -> ScanFile | LeftOut:
+    number = re.search(r"([0-9]+)$", path.stem)
+    if number is None:
+        return LeftOut(
+            path.name,
+            f"its name ends in no frame number (as in frame_000123.ply); rename it or list it in {listing}",
+        )
+    return ScanFile(path, int(number.group(1)))
+
+
+def _listed(listing: Path) -> list[ScanFile | LeftOut]:
     try:
-        entries = json.loads(listing.read_text())
-        found = [(listing.parent / name, frame) for name, frame in entries.items()]
-        if not all(type(frame) is int for _, frame in found):
-            raise TypeError
-    except (json.JSONDecodeError, UnicodeDecodeError, AttributeError, TypeError):
+        entries = dict(json.loads(listing.read_text()))
+    except (json.JSONDecodeError, UnicodeDecodeError, TypeError, ValueError):
         raise BadInput(f'{listing}: expected {{"smile.ply": 123, ...}}, a frame for each scan') from None
-    for path, _ in found:
-        existing(path)
-    return found
+    return [_entry(listing, str(name), frame) for name, frame in entries.items()]
+
+
+def _entry(listing: Path, name: str, frame: object) -> ScanFile | LeftOut:
+    path = listing.parent / name
+    if type(frame) is not int:
+        return LeftOut(name, f"{listing} gives it {frame!r}; expected a frame, a whole number")
+    if not path.is_file():
+        return LeftOut(name, f"it is listed in {listing}, but there is no such file")
+    return ScanFile(path, frame)
 
 
 def _some(frames) -> str:

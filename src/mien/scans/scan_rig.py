@@ -11,6 +11,7 @@ from ..errors import BadInput
 from ..files import existing, whole
 from ..mesh import Attachment
 from ..rig import Rig
+from .scan_template import ScanTemplate
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,13 @@ class ScanRig:
     """Where the markers are on the resting scan and on each target, face space, mm."""
     on_skin: Bool[np.ndarray, " markers"]
     """False where the scans show no skin under a marker."""
+
+
+def rig_of_scans(template: ScanTemplate, skin: Float[np.ndarray, "scans n 3"], names: list[str]) -> Rig:
+    """The neutral scan and a target for each other one, eyes and teeth and all."""
+    neutral, *others = (template.whole(shape) for shape in skin)
+    deltas = np.zeros((0, *neutral.shape)) if not others else np.stack(others) - neutral
+    return Rig(template.mesh.with_vertices(neutral), deltas, tuple(names[1:]))
 
 
 def marker_record(found: ScanRig) -> dict:

@@ -8,9 +8,7 @@ import pytest
 from mien.errors import BadInput
 from mien.image_space.config import FineConfig
 from mien.image_space.constraints import PairConstraint
-from mien.image_space.layout import blending
 from mien.mesh import Mesh, closest_point
-from mien.register import Surface
 from mien.scans.fine_scale import closest_scans, register_fine
 from mien.transforms import Transform, rotation_from_vector
 
@@ -122,9 +120,9 @@ def test_colours_align_where_nothing_else_does():
     scan, slipped = sheet(depth=0.0), sheet(1.5, depth=0.0)
     x, y, _ = scan.T
     spots = 0.5 + 0.2 * np.sin(x / 1.7) * np.sin(y / 1.9) + 0.1 * np.sin(x / 1.1 + y / 1.4)
-    surface = Surface(Mesh(scan, FACES, colors=np.repeat(spots[:, None], 3, axis=1)))
+    surface = Mesh(scan, FACES, colors=np.repeat(spots[:, None], 3, axis=1))
     shapes = np.stack([scan, scan, slipped])
-    given = {"surfaces": [surface] * 3, "only": [2]}
+    given = {"scans": [surface] * 3, "only": [2]}
     assert off_by(shapes)[2] > 0.8
     assert off_by(register_fine(shapes, FACES, regions(), config=QUICK, **given).vertices)[2] < 0.25
     blind = replace(QUICK, colour=None)
@@ -139,14 +137,6 @@ def test_closest_scans_know_no_rigid_motion():
     near = closest_scans(np.stack([*scans[:2], turned, scans[3]]), {"all": np.ones(50)}, 2)
     np.testing.assert_array_equal(near[:, 0], [[2, 1], [2, 0], [0, 1], [1, 2]])
     assert closest_scans(scans[:2], {"all": np.ones(50)}, 3).shape == (2, 1, 1)
-
-
-def test_blending_weights_add_up_and_fade_on_the_rim():
-    masks = np.array([[[1.0, 0.0], [0.5, 0.5], [0.2, 0.0], [0.0, 0.0]]])
-    weights = blending(masks)[0]
-    np.testing.assert_allclose(weights[:2].sum(axis=1), 1, atol=1e-12)
-    np.testing.assert_allclose(weights[2, 0], (1 - np.cos(0.1 * np.pi)) / 0.5)
-    np.testing.assert_array_equal(weights[3], 0)
 
 
 def test_points_that_are_the_same_meet():
@@ -178,7 +168,7 @@ def test_what_does_not_fit_is_named():
         ({"regions": {}}, "no regions"),
         ({"regions": {"all": np.ones(5)}}, "region all must have one value"),
         ({"regions": {"none": np.zeros(len(sheet()))}}, "no triangle lies in any region"),
-        ({"surfaces": [Surface(Mesh(sheet(), FACES))]}, "1 surfaces for 2 scans"),
+        ({"scans": [Mesh(sheet(), FACES)]}, "1 surfaces for 2 scans"),
         ({"only": [2]}, "from 0 to 1"),
         ({"constraints": [wrong]}, "constraints must name scans"),
         ({"constraints": [far]}, "mm off the scan"),
@@ -188,3 +178,16 @@ def test_what_does_not_fit_is_named():
             register_fine(shapes, FACES, **{"regions": regions(), "config": QUICK, **given})
     with pytest.raises(BadInput, match="neighbours, alpha out of range"):
         FineConfig(neighbours=0, alpha=-1.0)
+
+
+def test_vertices_follow_as_far_as_their_weight_says(slid):
+    shapes, found = slid
+    half = register_fine(shapes, FACES, regions(), weight=np.full(len(sheet()), 0.5), config=QUICK)
+    np.testing.assert_allclose(half.vertices, (shapes + found.vertices) / 2, atol=1e-9)
+
+
+def test_it_is_told_where_the_flow_did_not_converge(slid):
+    shapes, found = slid
+    assert found.converged.shape == (4, 2)
+    hasty = replace(QUICK, sweeps=1, flow=replace(QUICK.flow, warps=1, tolerance=0.0))
+    assert not register_fine(shapes, FACES, regions(), config=hasty).converged[3].any()

@@ -7,7 +7,7 @@ import pytest
 import scipy.optimize
 
 from mien.errors import BadInput
-from mien.scans.select_frames import SelectConfig, select_frames
+from mien.scans.select.select_frames import SelectConfig, select_frames
 
 EVERYTHING = SelectConfig(tolerance=1e-9, max_frames=8)
 
@@ -110,7 +110,7 @@ def test_neither_units_nor_the_place_in_the_lab_matter():
 def test_a_take_longer_than_the_table_of_inner_products_gives_the_same(monkeypatch):
     positions = low_rank_take(11, frames=90)
     expected = select_frames(positions, EVERYTHING)
-    monkeypatch.setattr("mien.scans.select_frames.INNER_FRAMES", 10)
+    monkeypatch.setattr("mien.scans.select.select_frames.INNER_FRAMES", 10)
     np.testing.assert_array_equal(select_frames(positions, EVERYTHING).frames, expected.frames)
 
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..errors import BadInput
-from ..progress import SILENT, Progress
-from ..solve import nnls
+from ...errors import BadInput
+from ...progress import SILENT, Progress
+from ...solve import nnls
 
 
 @dataclass(frozen=True)

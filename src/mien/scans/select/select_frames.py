@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from .._kernels.select import LANES, ceilings, residual_products, restate, weigh
-from ..errors import BadInput
-from ..progress import SILENT, Progress
+from ..._kernels.select import LANES, ceilings, residual_products, restate, weigh
+from ...errors import BadInput
+from ...progress import SILENT, Progress
 
 BATCH = 4 * LANES
 """Candidates weighed between two looks at the best so far."""

@@ -5,9 +5,9 @@ import pytest
 import scipy.optimize
 
 from mien.errors import BadInput
-from mien.scans.marker_reduction import StudyConfig, select_markers
-from mien.scans.select_frames import SelectConfig, select_frames
-from test_select import low_rank_take
+from mien.scans.select.marker_reduction import StudyConfig, select_markers
+from mien.scans.select.select_frames import SelectConfig, select_frames
+from test_scans_select_select_frames import low_rank_take
 
 SMALL = StudyConfig(least=4, sample=40)
 

@@ -11,10 +11,10 @@ from mien.errors import BadInput
 from mien.io.image_sequence import read_stills
 from mien.io.markers import write_c3d
 from mien.pictures import write_mp4
-from mien.scans.select_frames import SelectConfig, select_frames
-from mien.scans.selection import SelectTakeConfig, read_selection, select_take, write_selection
+from mien.scans.select.select_frames import SelectConfig, select_frames
+from mien.scans.select.take_selection import SelectTakeConfig, read_selection, select_take, write_selection
 from mien.transforms import Transform, rotation_from_vector
-from test_select import low_rank_take
+from test_scans_select_select_frames import low_rank_take
 
 FOUR = SelectTakeConfig(select=SelectConfig(tolerance=1e-9, max_frames=4))
 

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..clip import Markers
-from ..errors import BadInput
-from ..files import existing, whole
-from ..progress import SILENT, Progress
-from ..takes.preprocess import PrepareConfig, prepare
+from ...clip import Markers
+from ...errors import BadInput
+from ...files import existing, whole
+from ...progress import SILENT, Progress
+from ...takes.preprocess import PrepareConfig, prepare
 from .marker_reduction import MarkerStudy
 from .select_frames import SelectConfig, Selection, select_frames
 

@@ -1,0 +1,105 @@
+"""Large-scale registration: the template deformed to every scan (Huang et al. 2011, sec. 6.1, eq. 7).
+
+Beside the paper: each scan starts from the bundled face that was fitted to it alone, whose lips open and whose lids
+close as the scan's do; and lips and lids, which have few markers or none, are held by landmarks, on the template where
+the detector saw them on the neutral scan, so that its own bias takes itself off.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from ..fitting.register_scan import LIPS_AND_LIDS
+from ..landmarks.detector import bundled_landmarks
+from ..mesh import Attachment, Mesh, closest_point
+from ..register import Anchors, NonrigidConfig, Surface, Template
+from .scan_template import ScanTemplate
+
+
+@dataclass(frozen=True)
+class LargeScaleConfig:
+    """The large-scale step (sec. 6.1, eq. 7), with the paper's weights."""
+
+    nonrigid: NonrigidConfig = field(default_factory=lambda: NonrigidConfig(coarse=()))
+    """w1 = 10000, w2 = 1, w3 = 0.1, 0.5, 2."""
+    landmarks: float = 0.1
+    """Weight of lip and lid landmarks, against `nonrigid.markers` of a marker; 0: none, as in the paper."""
+    landmark_slack: float = 1.5
+    """A landmark on which the views disagree by this much counts half, mm."""
+    from_fit: bool = True
+    """Start from the face that was fitted to the scan alone; False: from the neutral one, as in the paper."""
+
+
+@dataclass(frozen=True)
+class ScanLandmarks:
+    """Lips and lids as a detector sees them on a scan."""
+
+    points: Float[np.ndarray, "478 3"]
+    """Face space, mm; NaN where not seen."""
+    spread: Float[np.ndarray, " 478"]
+    """How far the views disagree, mm."""
+
+
+@dataclass(frozen=True)
+class LargeScaleTarget:
+    """What the template is deformed to: a scan, its markers, and what is seen on it."""
+
+    mesh: Mesh
+    """Face space, mm."""
+    skin_points: Float[np.ndarray, "markers 3"]
+    """Points of its skin under the markers."""
+    covered: Bool[np.ndarray, " markers"]
+    """Markers that count."""
+    landmarks: tuple[ScanLandmarks, ScanLandmarks] | None
+    """On the neutral scan and on this one."""
+    fits: tuple[Float[np.ndarray, "bundled 3"], Float[np.ndarray, "bundled 3"]] | None
+    """The bundled face on the neutral scan and on this one, each fitted by itself; face space, mm."""
+
+
+def register(
+    template: ScanTemplate,
+    attachment: Attachment,
+    target: LargeScaleTarget,
+    config: LargeScaleConfig = LargeScaleConfig(),
+) -> Float[np.ndarray, "n 3"]:
+    """The template's skin on one scan: eq. 7, markers to markers, then the surface three times, ever more firmly.
+
+    Args:
+        attachment: markers' skin points on the template's skin.
+    """
+    anchors = Anchors(attachment, target.skin_points, target.covered.astype(float))
+    if target.landmarks is not None and config.landmarks:
+        anchors = _joined(anchors, _landmark_anchors(template, *target.landmarks, config))
+    body = template.body
+    if target.fits is not None and config.from_fit:
+        body = Template(template.skin.with_vertices(start_from_fit(template, *target.fits)))
+    found = body.register(Surface(target.mesh), anchors, config.nonrigid, trust=template.trust)
+    return found.vertices.astype(np.float32).astype(np.float64)
+
+
+def start_from_fit(
+    template: ScanTemplate, neutral: Float[np.ndarray, "bundled 3"], other: Float[np.ndarray, "bundled 3"]
+) -> Float[np.ndarray, "n 3"]:
+    """The template's skin moved as the bundled face moves from its fit to the neutral scan to that to another, mm."""
+    return template.skin.vertices + template.from_bundled @ (other - neutral)
+
+
+def _landmark_anchors(
+    template: ScanTemplate, neutral: ScanLandmarks, here: ScanLandmarks, config: LargeScaleConfig
+) -> Anchors:
+    groups = bundled_landmarks().groups
+    used = np.unique(np.concatenate([groups[name] for name in LIPS_AND_LIDS]))
+    used = used[np.isfinite(neutral.points[used]).all(axis=1) & np.isfinite(here.points[used]).all(axis=1)]
+    on_template = closest_point(template.skin, neutral.points[used]).attachment()
+    spread = neutral.spread[used] ** 2 + here.spread[used] ** 2
+    weights = config.landmarks / config.nonrigid.markers / (1 + spread / config.landmark_slack**2)
+    return Anchors(on_template, here.points[used], weights)
+
+
+def _joined(a: Anchors, b: Anchors) -> Anchors:
+    attachment = Attachment(
+        np.concatenate([a.attachment.faces, b.attachment.faces]),
+        np.concatenate([a.attachment.barycentric, b.attachment.barycentric]),
+    )
+    return Anchors(attachment, np.concatenate([a.points, b.points]), np.concatenate([a.weights, b.weights]))

@@ -1,0 +1,79 @@
+"""A take and scans of its frames, staged small: one topology, a rig, a performance; bad scans are left out."""
+
+import json
+
+import numpy as np
+import pytest
+
+from face_model import needs_model
+from mien.errors import BadInput
+from mien.faces import load_face
+from mien.mesh import Mesh, Scan, mass
+from mien.reports.scans import scans_record, surface_distances
+from mien.scans.fine_scale import FineConfig
+from mien.scans.fitted_scan import FittedScan
+from mien.scans.pipeline import ScansConfig, lay_markers, register_scans
+from mien.scans.reconstruct import solve_on_scans
+from mien.scans.take_in_head import TakeInHead
+from mien.stage.score_material import score_material
+from mien.step_cache import StepCache
+from mien.takes.preprocess import prepare
+from scan_stage import FRAMES, scan_stage
+
+QUICK = ScansConfig(density=0, fine=FineConfig(sweeps=1, pixel_mm=1.5, curvature_radius_mm=6.0))
+
+
+def nothing() -> Scan:
+    return Scan(Mesh(np.zeros((0, 3)), np.zeros((0, 3), int)), name="empty")
+
+
+def flat() -> Mesh:
+    """A wall."""
+    x, y = np.meshgrid(np.linspace(-300, 300, 30), np.linspace(-300, 300, 30))
+    i = np.arange(900).reshape(30, 30)
+    a, b, c, d = (q.ravel() for q in (i[:-1, :-1], i[:-1, 1:], i[1:, 1:], i[1:, :-1]))
+    vertices = np.column_stack([x.ravel(), y.ravel(), np.zeros(900)])
+    return Mesh(vertices, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]))
+
+
+def test_scans_that_markers_do_not_fit_are_left_out_and_the_rest_goes_on():
+    _, take, _, scans = scan_stage()
+    expressions = prepare(take.markers).positions[[*FRAMES, FRAMES[0]]]
+    meshes = {s.scan.name: s.scan.mesh for s in scans} | {"wall": flat()}
+    fitted = tuple(FittedScan(Scan(mesh, name=name), 0, mesh, None) for name, mesh in meshes.items())
+    given = TakeInHead(take.markers.labels, fitted, expressions)
+    left, frames, found = lay_markers(given, ScansConfig(), StepCache())
+    assert [scan.name for scan in left.scans] == [frame.name for frame in frames] == ["s_010", "s_070", "s_110"]
+    assert [out.name for out in left.left_out] == ["wall"]
+    assert "do not fit the scan" in left.left_out[0].why or "in two ways" in left.left_out[0].why
+    assert len(found.scans) == 3
+    with pytest.raises(BadInput, match="wall: the markers"):
+        lay_markers(given, ScansConfig(strict=True), StepCache())
+
+
+@needs_model
+def test_a_take_and_its_scans_become_a_rig_that_plays_the_take(tmp_path):
+    _, take, _, scans = scan_stage()
+    work = tmp_path / "work"
+    source, frames = [s.scan for s in scans] + [nothing()], [*FRAMES, 50]
+    found = register_scans(take.markers, source, frames, load_face(), QUICK, work=work)
+    assert [out.name for out in found.left_out] == ["empty"]
+    assert (found.scan_rig.resting, found.scan_rig.rig.names) == ("s_010", ("s_070", "s_110"))
+    distances = surface_distances(found)
+    assert np.nanmean(distances) < 0.15
+    solved = solve_on_scans(take.markers, found.scan_rig)
+    template = found.template
+    some = template.members[np.flatnonzero((template.regions["face"] > 0.5) & template.shown)]
+    rig, weights = solved.performance.rig, solved.performance.weights
+    score = score_material(
+        lambda f: rig.vertices(weights[f])[some], solved.T_lab_face, take.truth, 10, np.arange(0, 140, 5),
+        mass(rig.neutral.vertices, rig.neutral.faces)[some],
+    )  # fmt: skip
+    assert score.ratio < 0.45
+    assert score.ratio_strongest < 0.25
+    kept = {file.name: file.stat().st_mtime_ns for file in work.iterdir()}
+    again = register_scans(take.markers, source, frames, load_face(), QUICK, work=work)
+    np.testing.assert_allclose(again.skin, found.skin, atol=1e-6)
+    assert {file.name: file.stat().st_mtime_ns for file in work.iterdir()} == kept
+    record = scans_record(found, distances, "take.c3d")
+    assert json.loads(json.dumps(record))["scans"]["s_070"]["frame"] == 70

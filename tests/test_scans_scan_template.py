@@ -1,0 +1,62 @@
+"""The template of many scans: the bundled one, and any mesh."""
+
+import numpy as np
+
+from mien.faces import load_face
+from mien.mesh import Mesh, loop_subdivide, submesh
+from mien.register import Surface
+from mien.scans.scan_template import FINE_REGIONS, make_template, manifold_part, own_template, transfer_topology
+from small_scans import sheet
+
+
+def test_a_template_knows_its_parts_at_every_density():
+    face = load_face()
+    template = make_template(face.rig.neutral, face)
+    assert set(template.regions) == {"face", *FINE_REGIONS}
+    assert set(template.parts) == set(face.parts) - {"skin"}
+    skin = template.skin.vertices
+    np.testing.assert_allclose(template.whole(skin)[template.members], skin, atol=0.2)
+    up = np.array([0.0, 3.0, 0.0])
+    shifted = template.whole(skin + up)
+    np.testing.assert_allclose(shifted, face.rig.neutral.vertices + up, atol=0.3)
+    held = template.attach(skin, skin[template.shown][::50] + 0.1)
+    assert template.shown[template.skin.faces[held.faces]].all()
+    lids = np.concatenate(list(face.contours.values()))
+    assert template.fine_weight[np.isin(template.members, lids)].max() < 0.01
+
+
+def test_the_manifold_part_of_a_mesh_has_no_forks_and_is_in_one_piece():
+    mesh = sheet(9)
+    fin = np.array([[0, 1, 81]])
+    far = np.array([[82, 83, 84]])
+    touching = np.array([[40, 85, 86]])
+    vertices = np.concatenate([mesh.vertices, mesh.vertices[[0, 70, 71, 72, 60, 61]] + np.array([0, 0, 9.0])])
+    found = manifold_part(Mesh(vertices, np.concatenate([mesh.faces, fin, far, touching])))
+    assert 0 < len(mesh.faces) - len(found.faces) < 10
+    same = manifold_part(mesh)
+    np.testing.assert_array_equal(same.vertices, mesh.vertices)
+    assert len(same.faces) == len(mesh.faces)
+
+
+def test_any_mesh_can_be_the_template():
+    face = load_face()
+    bundled = make_template(face.rig.neutral, face)
+    skin = bundled.skin
+    piece, _ = submesh(skin, np.flatnonzero((skin.vertices[skin.faces][..., 2] > 40).all(axis=1)))
+    own = own_template(manifold_part(piece), bundled)
+    assert own.parts == {}
+    assert 0.9 < own.regions["face"].max() <= 1.0
+    np.testing.assert_allclose(own.whole(own.skin.vertices), own.mesh.vertices, atol=0.2)
+    out = np.array([0.0, 0.0, 5.0])
+    moved = skin.vertices + out
+    target = Surface(Mesh(moved, skin.faces))
+    laid = transfer_topology(manifold_part(piece), skin, skin.with_vertices(moved), target)
+    np.testing.assert_allclose(laid.vertices, manifold_part(piece).vertices + out, atol=0.05)
+
+
+def test_displacements_of_the_bundled_face_carry_over_at_every_density():
+    face = load_face()
+    mesh, S = loop_subdivide(face.rig.neutral)
+    template = make_template(mesh, face)
+    moved = face.rig.deltas[face.rig.index("jawOpen")]
+    np.testing.assert_allclose(template.from_bundled @ moved, (S @ moved)[template.members], atol=1e-9)
