@@ -155,7 +155,7 @@ def _unpacked(tree: Any, arrays: dict[str, np.ndarray]) -> Any:
     module, name = tree["class"]
     if not module.startswith(f"{PACKAGE}."):
         raise ValueError(f"{module}.{name} is none of ours")
-    made = getattr(importlib.import_module(module), name)
-    if not is_dataclass(made):
+    made: Any = getattr(importlib.import_module(module), name)
+    if not (isinstance(made, type) and is_dataclass(made)):
         raise ValueError(f"{module}.{name} is no dataclass")
     return made(**{field: _unpacked(part, arrays) for field, part in tree["fields"].items()})

@@ -196,8 +196,8 @@ def correspond_coarsely(
     covered = np.stack([on.covered & on_scans[0].covered for on in on_scans])
     inputs = []
     for scan, there, counts in zip(placed.scans[1:], points[1:], covered[1:], strict=True):
-        both = neutral.landmarks is not None and scan.landmarks is not None
-        seen = (neutral.landmarks, scan.landmarks) if both else None
+        here, front = scan.landmarks, neutral.landmarks
+        seen = None if here is None or front is None else (front, here)
         fits = None if neutral.fit is None or scan.fit is None else (neutral.fit, scan.fit)
         target = LargeScaleTarget(scan.mesh, there, counts, seen, fits)
         inputs.append({"template": template, "attachment": attachment, "target": target, "config": config})
