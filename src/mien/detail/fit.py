@@ -8,14 +8,15 @@ from scipy import ndimage
 
 from ..mesh import Attachment, Mesh, closest_point, face_areas
 from ..progress import SILENT, Progress
-from .base_mesh import BaseConfig, BaseMesh, base_mesh
+from .base_mesh import BaseConfig, base_mesh
 from .domain import Domain, DomainConfig, deformation_vectors, fit_domain, marker_strains
 from .fields import ParameterField, parameter_field
 from .marker_mesh import marker_mesh
 from .polynomial import PolynomialConfig, PolynomialFit, PolynomialMap
-from .texture_space import Texels, orthonormal, sample, tangent_frames, texels, texture_gradients, with_gutter
+from .sampling import interpolated, sampler
+from .texture_space import Texels, sample, texture_gradients, with_gutter
 from .thin_shell import ShellConfig, ThinShell, thin_shell
-from .training import Aligned, TrainingSet, aligned_frames, aligned_markers
+from .training import TrainingSet, aligned_frames, aligned_markers
 
 
 @dataclass(frozen=True)
@@ -112,79 +113,36 @@ def training_domain(
     return fit_domain(strains, coarse, np.concatenate(vectors))
 
 
-@dataclass(frozen=True)
-class _Sampler:
-    """Displacements of training frames at the texels of one map."""
-
-    texels: Texels
-    on_training: Attachment
-    """The texels on the training topology."""
-    faces: np.ndarray
-    gradients: tuple
-    shell: ThinShell
-    reference: Float[np.ndarray, "k 3"]
-    farthest_mm: float
-
-    def frame(self, aligned: Aligned) -> tuple[Float[np.ndarray, "p 3"], Float[np.ndarray, "p 3 3"]]:
-        """Displacement from the base at every texel in the base's local frame, mm, and that frame."""
-        moved = self.shell.vertices(aligned.markers - self.reference)
-        frames = interpolated(tangent_frames(self.gradients, moved), self.texels.attachment, self.shell.mesh.faces)
-        local = orthonormal(frames)
-        here = interpolated(moved, self.texels.attachment, self.shell.mesh.faces)
-        skin = interpolated(aligned.vertices, self.on_training, self.faces)
-        offset = np.einsum("pab,pb->pa", local, skin - here)
-        offset[np.linalg.norm(offset, axis=1) > self.farthest_mm] = np.nan
-        return offset, local
-
-
-def interpolated(values: Float[np.ndarray, "n *c"], points: Attachment, faces: np.ndarray) -> np.ndarray:
-    """Vertex values at surface points."""
-    return np.einsum("pc,pc...->p...", points.barycentric, values[faces[points.faces]])
-
-
-def _sampler(training, base: BaseMesh, shell: ThinShell, size: int, config: DetailConfig) -> _Sampler:
-    grid = texels(base.mesh, size)
-    return _Sampler(
-        texels=grid,
-        on_training=base.on_training(grid.attachment),
-        faces=training.mesh.faces,
-        gradients=texture_gradients(base.mesh),
-        shell=shell,
-        reference=training.markers,
-        farthest_mm=config.farthest_mm,
-    )
-
-
 def _fit_medium(training, base, shell, attachment, domain, config: DetailConfig, progress: Progress) -> DetailMap:
     """Sec. 4.2: three channels, each fitted by itself."""
-    sampler = _sampler(training, base, shell, config.medium_size, config)
-    drive = parameter_field(domain, base.mesh, attachment, sampler.texels.attachment)
-    fit = PolynomialFit(len(sampler.texels.places), 3, config.medium)
+    at = sampler(training, base, shell, config.medium_size, config.farthest_mm)
+    drive = parameter_field(domain, base.mesh, attachment, at.texels.attachment)
+    fit = PolynomialFit(len(at.texels.places), 3, config.medium)
     for number, aligned in enumerate(aligned_frames(training), 1):
         vectors = deformation_vectors(domain.strains, aligned.markers[None])[0]
-        fit.add(drive.parameters(vectors), sampler.frame(aligned)[0])
+        fit.add(drive.parameters(vectors), at.displacement(aligned))
         progress.update("medium map", number, len(training))
     polynomial = fit.solve()
-    return _with_errors(sampler.texels, drive, polynomial, fit, config)
+    return _with_errors(at.texels, drive, polynomial, fit, config)
 
 
 def _fit_fine(
     training, base, shell, attachment, domain, medium: DetailMap, config: DetailConfig, progress: Progress
 ) -> DetailMap:
     """One channel along the normal, fitted to what the medium map leaves, high-passed."""
-    sampler = _sampler(training, base, shell, config.fine_size, config)
-    drive = parameter_field(domain, base.mesh, attachment, sampler.texels.attachment)
-    uv = interpolated(base.mesh.uv, sampler.texels.attachment, base.mesh.faces)
+    assert base.mesh.uv is not None
+    at = sampler(training, base, shell, config.fine_size, config.farthest_mm)
+    drive = parameter_field(domain, base.mesh, attachment, at.texels.attachment)
+    uv = interpolated(base.mesh.uv, at.texels.attachment, base.mesh.faces)
     blur = config.high_pass_mm / texel_mm(base.mesh, config.fine_size)
-    fit = PolynomialFit(len(sampler.texels.places), 1, config.fine)
+    fit = PolynomialFit(len(at.texels.places), 1, config.fine)
     for number, aligned in enumerate(aligned_frames(training), 1):
         vectors = deformation_vectors(domain.strains, aligned.markers[None])[0]
-        offset, _ = sampler.frame(aligned)
         explained = medium.polynomial.evaluate(medium.field.parameters(vectors))[:, 2]
-        left = offset[:, 2] - sample(with_gutter(medium.texels.image(explained)), uv)
-        fit.add(drive.parameters(vectors), high_pass(sampler.texels, left, blur)[:, None])
+        left = at.displacement(aligned)[:, 2] - sample(with_gutter(medium.texels.image(explained)), uv)
+        fit.add(drive.parameters(vectors), high_pass(at.texels, left, blur)[:, None])
         progress.update("fine map", number, len(training))
-    return _with_errors(sampler.texels, drive, fit.solve(), fit, config)
+    return _with_errors(at.texels, drive, fit.solve(), fit, config)
 
 
 def high_pass(grid: Texels, values: Float[np.ndarray, " p"], sigma: float) -> Float[np.ndarray, " p"]:

@@ -1,0 +1,133 @@
+"""Detail maps on the stage: training sets of a staged skin, and how near to it a synthesis comes."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float
+
+from ..detail.base_mesh import BaseConfig, base_mesh
+from ..detail.domain import deformation_vectors
+from ..detail.fit import DetailModel
+from ..detail.sampling import Sampler, interpolated, sampler
+from ..detail.texture_space import sample, with_gutter
+from ..detail.training import Aligned, Clip, Frame, TrainingSet, aligned_frames
+from ..stage import HeadMotion, Skin, SkinConfig, make_performer, make_skin, marker_layout
+from ..stage.script.training_clips import EXPRESSIONS, UNSEEN, expression_clip, unseen_clip
+from ..stage.sensors.mocap import carried, head_motion
+from ..transforms import Transform
+
+RATE = 30.0
+"""Captures a second of the paper's rig."""
+FARTHEST_MM = 15.0
+"""As `DetailConfig.farthest_mm`: displacements beyond it are no skin."""
+
+
+@dataclass(frozen=True)
+class DetailStageConfig:
+    """A staged subject before the scanner."""
+
+    markers: int = 178
+    frames: int = 20
+    """A training clip."""
+    unseen_frames: int = 12
+    levels: int = 3
+    """Of the skin's subdivision: 3 is about 190,000 vertices, 2 about 49,000."""
+    standoff_mm: float = 2.0
+    jitter_mm: float = 0.02
+    """Of the markers: dots in the scanner's own high-resolution cameras."""
+    head: HeadMotion = field(default_factory=lambda: HeadMotion(rotation=0.05, translation=5.0))
+
+
+@dataclass(frozen=True)
+class DetailStage:
+    """Clips to learn from and clips to be judged by."""
+
+    training: TrainingSet
+    unseen: TrainingSet
+    skin: Skin
+
+
+def detail_stage(seed: int, config: DetailStageConfig = DetailStageConfig()) -> DetailStage:
+    """A subject whose wrinkles buckle and whose pores stretch, in six expressions and three clips never trained on."""
+    performer = make_performer(seed)
+    skin = make_skin(performer, SkinConfig(levels=config.levels, eyes_and_teeth=False), seed)
+    layout = marker_layout(skin, config.markers, seed)
+    rng = np.random.default_rng([seed, 8])
+    standoff = np.full(config.markers, config.standoff_mm)
+
+    def clip(name: str, weights: Float[np.ndarray, "frames 52"]) -> Clip:
+        T = head_motion(len(weights), RATE, config.head, rng)
+        still = carried(skin, weights, layout.attachment, standoff)
+        noise = config.jitter_mm * rng.normal(size=still.shape)
+        return Clip(name, T.apply(still) + noise, lambda: _surfaces(skin, weights, T))
+
+    rest = carried(skin, np.zeros((1, 52)), layout.attachment, standoff)[0]
+    seen = tuple(clip(name, expression_clip(name, config.frames, seed)) for name in EXPRESSIONS)
+    other = tuple(clip(name, unseen_clip(name, config.unseen_frames, seed)) for name in UNSEEN)
+    training = TrainingSet(skin.neutral, rest, layout.labels, seen)
+    return DetailStage(training, TrainingSet(skin.neutral, rest, layout.labels, other), skin)
+
+
+def _surfaces(skin: Skin, weights: Float[np.ndarray, "frames 52"], T_lab_face: Transform) -> Iterator[Frame]:
+    for i, frame in enumerate(weights):
+        yield Frame(T_lab_face[i].apply(skin.vertices(frame[None])[0]))
+
+
+def kept_in_memory(training: TrainingSet) -> TrainingSet:
+    """The same set with its surfaces made once, as 32-bit floats."""
+    clips = []
+    for clip in training.clips:
+        made = [Frame(frame.vertices.astype(np.float32), frame.colors) for frame in clip.frames()]
+        clips.append(Clip(clip.name, clip.markers, lambda made=made: iter(made)))
+    return TrainingSet(training.mesh, training.markers, training.labels, tuple(clips))
+
+
+@dataclass(frozen=True)
+class DetailErrors:
+    """Mean distances from the true skin to a synthesis, point by point, mm; reliable texels alone."""
+
+    frozen: float
+    """The thin shell with the neutral's static maps."""
+    shell: float
+    medium: float
+    full: float
+    """Medium and fine."""
+
+    def line(self) -> str:
+        """For a table."""
+        return f"{self.frozen:8.4f} {self.shell:8.4f} {self.medium:8.4f} {self.full:8.4f}"
+
+
+def detail_errors(model: DetailModel, clips: TrainingSet, base: BaseConfig = BaseConfig()) -> dict[str, DetailErrors]:
+    """Each clip's errors, by true correspondence: the synthesis's texel against the skin's own point."""
+    grid = sampler(clips, base_mesh(clips.mesh, base), model.shell, model.medium.texels.size, FARTHEST_MM)
+    counts = [(clip.name, len(clip.markers)) for clip in clips.clips]
+    frames, out = aligned_frames(clips), {}
+    rest = np.zeros((len(model.reference), 5))
+    static = layers(model, grid, rest)
+    for name, count in counts:
+        rows = [_errors(model, grid, next(frames), static) for _ in range(count)]
+        out[name] = DetailErrors(*np.mean(rows, axis=0))
+    return out
+
+
+def layers(model: DetailModel, grid: Sampler, vectors: Float[np.ndarray, "k 5"]) -> tuple[np.ndarray, np.ndarray]:
+    """Local displacements at the medium map's texels: the medium map alone, and with the fine map, (p, 3) each, mm."""
+    medium = model.medium.polynomial.evaluate(model.medium.field.parameters(vectors)).astype(float)
+    full = medium.copy()
+    if model.fine is not None:
+        fine = model.fine.polynomial.evaluate(model.fine.field.parameters(vectors))
+        assert model.base.uv is not None
+        uv = interpolated(model.base.uv, grid.texels.attachment, model.base.faces)
+        full[:, 2] += sample(with_gutter(model.fine.texels.image(fine)), uv)[:, 0]
+    return medium, full
+
+
+def _errors(model: DetailModel, grid: Sampler, aligned: Aligned, static: tuple[np.ndarray, np.ndarray]) -> list[float]:
+    truth = grid.displacement(aligned)
+    vectors = deformation_vectors(model.domain.strains, aligned.markers[None])[0]
+    medium, full = layers(model, grid, vectors)
+    good = ~model.medium.unreliable & np.isfinite(truth).all(axis=1)
+    guesses = (static[1], np.zeros_like(truth), medium, full)
+    return [float(np.linalg.norm((guess - truth)[good], axis=1).mean()) for guess in guesses]
