@@ -239,9 +239,9 @@ def test_command_draws_heat_maps(files, what, other, wide):
 
 
 @pytest.mark.parametrize(("words", "message"), [
-    (("perf.glb", "-o", "a.gif"), r"\.png\) or a film"),
+    (("perf.glb", "-o", "a.gif"), r"is written as \.png or \.mp4"),
     (("perf.glb", "-o", "a.png", "--frame", "9"), "frame 9: there are 9, counted from 0"),
-    (("scan.ply", "-o", "a.png", "--frame", "0"), "has no frames"),
+    (("scan.ply", "-o", "a.png", "--frame", "0"), "--frame does nothing for one picture"),
     (("rig.glb", "-o", "a.png", "--sheet", "0"), "at least"),
     (("scan.ply", "-o", "a.png", "--size", "4"), "16 to 8192"),
     (("scan.ply", "-o", "a.mp4", "--fps", "0"), "must be positive"),

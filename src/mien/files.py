@@ -15,11 +15,11 @@ def whole(path: str | Path) -> Iterator[Path]:
     The temporary name keeps the suffix, since many writers choose their format by it.
 
     Raises:
-        BadInput: the folder of `path` does not exist.
+        BadInput: the folder of `path` does not exist, or `path` is a folder.
     """
     path = Path(path)
-    writable(path)
-    temporary = path.with_name(f".{path.stem}.mien-tmp{os.getpid()}{path.suffix}")
+    _place(path)
+    temporary = _beside(path)
     try:
         yield temporary
         os.replace(temporary, path)
@@ -28,14 +28,33 @@ def whole(path: str | Path) -> Iterator[Path]:
 
 
 def writable(*paths: str | Path) -> None:
-    """Before long work: the folders that its outputs go to exist.
+    """Before long work: files may be written where its outputs go, tried with an empty one.
 
     Raises:
-        BadInput: one does not.
+        BadInput: a folder is missing or may not be written, or a path is a folder itself or write-protected.
     """
     for path in map(Path, paths):
-        if not path.parent.is_dir():
-            raise BadInput(f"{path}: the folder {path.parent} does not exist; create it first")
+        _place(path)
+        try:
+            _beside(path).touch(exist_ok=False)
+            _beside(path).unlink()
+        except OSError as error:
+            raise BadInput(f"{path}: cannot be written there: {error.strerror}; choose another place") from error
+        if path.exists() and not os.access(path, os.W_OK):
+            raise BadInput(f"{path}: is there and write-protected; choose another name")
+
+
+def writable_folder(path: str | Path) -> None:
+    """The same for a folder, which may be missing: the nearest that is there is tried.
+
+    Raises:
+        BadInput: it may not be written, or is a file.
+    """
+    path = Path(path)
+    there = next(p for p in (path, *path.absolute().parents) if p.exists())
+    if not there.is_dir():
+        raise BadInput(f"{there}: is a file; name a folder")
+    writable(there / "probe")
 
 
 def existing(path: str | Path) -> Path:
@@ -44,3 +63,14 @@ def existing(path: str | Path) -> Path:
     if not path.exists():
         raise BadInput(f"{path}: no such file or folder")
     return path
+
+
+def _place(path: Path) -> None:
+    if path.is_dir():
+        raise BadInput(f"{path}: is a folder; name a file")
+    if not path.parent.is_dir():
+        raise BadInput(f"{path}: the folder {path.parent} does not exist; create it first")
+
+
+def _beside(path: Path) -> Path:
+    return path.with_name(f".{path.stem}.mien-tmp{os.getpid()}{path.suffix}")

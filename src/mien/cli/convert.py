@@ -2,7 +2,7 @@
 
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
@@ -18,7 +18,11 @@ from ..io.meshes import read_scan, write_mesh
 from ..io.meshes.sequence import write_sequence
 from ..io.rigs import read_any_rig
 from .bar import bar
-from .options import verb
+from .options import use_only, verb
+from .outputs import ANY, FOLDER, check_outputs
+
+OPTIONS = ("units", "rate", "rig", "frames_as", "still")
+"""What depends on which way a conversion goes."""
 
 _ROUTES = """a marker take to .c3d; a performance .glb to .csv (Live Link Face) or to a folder (a mesh a frame);
 a Live Link Face .csv or a folder of shapes to .glb; a scan to .obj or .ply""".replace("\n", " ")
@@ -32,7 +36,7 @@ def convert(
     units: str | None = None,
     rate: float | None = None,
     rig: Path | None = None,
-    frames_as: str = "ply",
+    frames_as: Literal["ply", "obj"] = "ply",
     still: bool = False,
 ) -> None:
     """Convert a file: marker takes, performances, rigs, scans.
@@ -60,21 +64,30 @@ def convert(
     """
     source = existing(source)
     end = output.suffix.lower()
+    check_outputs({FOLDER if not end else ANY: output}, inputs=[source, rig])
     kind = "folder" if source.is_dir() else source.suffix.lower()
+    mode = f"from {kind} to {end or 'a folder'}"
     if kind in MARKERS and end == ".c3d":
+        use_only(mode, OPTIONS, "units", "rate")
         _markers(source, output, units, rate)
     elif kind == ".csv" and end == ".glb":
+        use_only(mode, OPTIONS, "rate", "rig")
         write_performance(output, read_live_link(source, rate).to_performance(_rig(rig)))
     elif kind == ".glb" and end == ".csv":
+        use_only(mode, OPTIONS)
         write_live_link(output, read_performance(source))
     elif kind == ".glb" and end == "":
+        use_only(mode, OPTIONS, "frames_as", "still")
         with bar() as progress:
-            write_sequence(output, read_performance(source), f".{frames_as.lstrip('.')}", not still, progress)
+            write_sequence(output, read_performance(source), f".{frames_as}", not still, progress)
     elif kind == ".glb" and end == ".glb":
+        use_only(mode, OPTIONS)
         _glb(source, output)
     elif kind == "folder" and end == ".glb":
+        use_only(mode, OPTIONS, "units")
         write_rig(output, read_any_rig(source, units))
     elif kind in SCANS and end in MESHES:
+        use_only(mode, OPTIONS, "units")
         scan = read_scan(source, units)
         write_mesh(output, scan.mesh, scan.texture)
     else:

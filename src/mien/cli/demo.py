@@ -5,7 +5,9 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from .options import verb
+from ..landmarks.detector import require_landmarker
+from .options import refuse_unused, verb
+from .outputs import FOLDER, check_outputs
 
 
 @verb
@@ -32,6 +34,11 @@ def demo(
     markers
         How many markers the performer wears.
     """
+    check_outputs({FOLDER: output})
+    if what == "rgbd":
+        refuse_unused("in `demo rgbd`, whose film has none", "markers")
+    if what != "markers":
+        require_landmarker()
     output.mkdir(parents=True, exist_ok=True)
     if what == "rgbd":
         from .demo_rgbd import demo_rgbd

@@ -14,7 +14,6 @@ def demo_scans(folder: Path, seed: int, seconds: float | None, count: int) -> No
     from ..faces import load_face
     from ..io.gltf import write_performance, write_rig
     from ..io.markers import read_markers
-    from ..landmarks.detector import FaceLandmarker
     from ..pictures import write_png
     from ..reports.scan_solve import scan_preview
     from ..reports.scans import registered_sheet, scans_record, scans_report, surface_distances
@@ -25,7 +24,6 @@ def demo_scans(folder: Path, seed: int, seconds: float | None, count: int) -> No
     from ..scans.select.take_selection import read_selection
     from .bar import bar
 
-    FaceLandmarker().close()
     with bar() as progress:
         staged = stage(folder, seed, seconds or 12.0, count, progress)
         recorded, config = read_markers(folder / "take.c3d"), ScansConfig(density=1)

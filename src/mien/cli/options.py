@@ -2,7 +2,7 @@
 
 import ast
 import inspect
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
 from dataclasses import fields, is_dataclass, replace
 from functools import cache
@@ -33,10 +33,11 @@ def verb(function: Callable[..., None]) -> Callable[..., None]:
     flat = [flag for name, p in parameters.items() for flag in _flags(name, p, hints[name])]
 
     def called(*args: Any, **kwargs: Any) -> None:
+        bases = {name: kwargs.pop(name, config) for name, config in configs.items()}
         given = signature.bind(*args, **kwargs).arguments
         known = _GIVEN.set(frozenset(given))
         try:
-            return function(**overlaid(configs, given))
+            return function(**overlaid(bases, given))
         finally:
             _GIVEN.reset(known)
 
@@ -71,6 +72,15 @@ def refuse_unused(mode: str, *names: str) -> None:
         path = given.replace(JOIN, ".")
         if any(path == name or path.startswith(f"{name}.") for name in names):
             raise BadInput(f"{flag_name(given)} does nothing {mode}; leave it out")
+
+
+def use_only(mode: str, options: Iterable[str], *used: str) -> None:
+    """Refuse those of a verb's `options` that were given and are not `used` in this mode.
+
+    Raises:
+        BadInput: one was given.
+    """
+    refuse_unused(mode, *(name for name in options if name not in used))
 
 
 def flag_name(parameter: str) -> str:

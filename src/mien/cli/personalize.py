@@ -6,15 +6,16 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from ..errors import BadInput
-from ..files import writable
 from ..io.gltf import write_rig
 from ..io.meshes import write_mesh
 from ..io.rgbd import RgbdTake, read_rgbd
+from ..landmarks.detector import require_landmarker
 from ..tracking.person.personalize import PersonalizeConfig
 from ..tracking.person.personalize import personalize as make_rig
 from ..tracking.person.rig_from_images import rig_from_images
 from .bar import bar
 from .options import verb
+from .outputs import check_outputs
 
 
 @verb
@@ -47,9 +48,8 @@ def personalize(
     focal
         Focal length of a video's lens, pixels; without it 60 degrees are assumed across the longer side.
     """
-    if output.suffix.lower() != ".glb":
-        raise BadInput(f"{output}: rigs are written as .glb; name it so")
-    writable(output, *([scan] if scan else []))
+    check_outputs({"a rig": output, "a merged scan": scan}, inputs=[take])
+    require_landmarker()
     source = read_rgbd(take, depth_scale, focal=focal)
     if not source.has_depth:
         return from_video(source, output, scan, config)

@@ -8,10 +8,15 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from ..errors import BadInput
-from ..files import existing, whole, writable
+from ..files import existing, whole
 from ..io.gltf import write_rig
+from ..landmarks.detector import require_landmarker
 from .bar import bar
-from .options import verb
+from .options import refuse_unused, verb
+from .outputs import beside, check_outputs
+
+OF_FOLDERS = ("markers", "selection", "constraints", "template", "partial", "units", "rate")
+"""Options that mean something for a folder of scans alone."""
 
 
 @verb
@@ -69,9 +74,11 @@ def register(
         Where the page with pictures and distance maps goes (.html).
     """
     existing(scans)
-    if output.suffix.lower() != ".glb":
-        raise BadInput(f"{output}: faces are written as .glb; name it so")
-    writable(output, *([report] if report else []))
+    page = beside(output, report, ".html") if scans.is_dir() else report
+    check_outputs({"a face": output, "a page": page}, inputs=[scans, markers, selection, constraints])
+    if not scans.is_dir():
+        refuse_unused("for one scan: it goes with a folder of scans", *OF_FOLDERS)
+    require_landmarker()
     if scans.is_dir():
         if markers is None or selection is None:
             raise BadInput(
@@ -81,8 +88,6 @@ def register(
         take = _Take(markers, selection, units, rate)
         made = _Made(template, 2 if density is None else density, strict, unit)
         register_folder(scans, take, output, constraints, made, report)
-    elif markers is not None or selection is not None or constraints is not None:
-        raise BadInput(f"{scans}: one scan; --markers, --selection and --constraints go with a folder of scans")
     else:
         register_one(scans, output, density or 0, unit, report)
 
@@ -93,6 +98,7 @@ def register_one(path: Path, output: Path, density: int, unit: str | None, repor
     from ..fitting.register_scan import RegisterConfig, register_scan, registered_rig
     from ..io.meshes import read_scan
     from ..reports.single_scan import registration_record, registration_report
+    from ..scans.scan_rig import record_beside
 
     source = read_scan(path, unit)
     with bar() as progress:
@@ -100,7 +106,7 @@ def register_one(path: Path, output: Path, density: int, unit: str | None, repor
     write_rig(output, registered_rig(found, load_face()))
     if report is not None:
         registration_report(source, found).write(report)
-        with whole(report.with_name("register.json")) as temporary:
+        with whole(record_beside(report)) as temporary:
             temporary.write_text(json.dumps({source.name: registration_record(found)}, indent=1) + "\n")
     for note in found.mended:
         print(f"{path}: {note}")

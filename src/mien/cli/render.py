@@ -29,10 +29,33 @@ from ..pictures.show import (
 from ..progress import Progress
 from ..rig import Performance, Rig
 from .bar import bar
-from .options import verb
+from .options import refuse_unused, use_only, verb
+from .outputs import check_outputs
 
-SHEET = 12
+FRAMES = 12
 """Frames on a performance's contact sheet where --sheet does not say."""
+
+SHEET_SIZES = 2.5
+"""A contact sheet's width, in widths of a single picture."""
+
+LEAST_CELL = 96
+"""Pixels a side of a picture on a contact sheet, at least."""
+
+FILM, FRAME, SHEET = "a performance's film", "one frame of a performance", "a performance's contact sheet"
+SHAPES, STILL, TURN = "a contact sheet of shapes", "one picture of a rig or scan", "a film of a rig or scan"
+
+USED = {
+    FILM: ("shot.still_head", "shot.fps"),
+    FRAME: ("shot.still_head", "frame"),
+    SHEET: ("shot.still_head", "sheet"),
+    SHAPES: ("sheet",),
+    STILL: (),
+    TURN: ("shot.fps",),
+}
+"""What comes out -> those of `DEPENDS` that it heeds."""
+
+DEPENDS = ("frame", "sheet", "shot.still_head", "shot.fps")
+"""Options that depend on what comes out."""
 
 
 @verb
@@ -69,18 +92,33 @@ def render(
     """
     if sheet is not None and sheet < 1:
         raise BadInput(f"--sheet {sheet}: a contact sheet needs one picture at least")
-    if output.suffix.lower() not in (".png", ".mp4"):
-        raise BadInput(f"{output}: give a picture (.png) or a film (.mp4)")
-    thing, other = load(file, units), None if heat is None else load(heat, units)
+    check_outputs({"a picture or a film": output}, inputs=[file, heat])
+    thing = load(file, units)
+    other = None if heat is None else load(heat, units)
+    way = way_of(thing, other, output, frame)
+    use_only(f"for {way}", DEPENDS, *USED[way])
+    if other is None:
+        refuse_unused("without --heat", "shot.limit")
+    if not any(isinstance(one, Scan) for one in (thing, other)):
+        refuse_unused("without a scan", "units")
     with bar() as progress:
         if isinstance(thing, Performance):
-            performance(thing, other, output, frame, sheet, shot, progress)
-        elif frame is not None:
-            raise BadInput(f"{file}: has no frames; leave --frame out")
-        elif isinstance(thing, Rig) and other is None and output.suffix.lower() == ".png":
-            write_png(output, shapes_sheet(thing, cell(shot, len(thing.names)), sheet, progress=progress))
+            show_performance(thing, other, output, frame, sheet, shot, progress)
+        elif isinstance(thing, Rig) and way == SHAPES:
+            shapes = shapes_sheet(thing, cell(shot, len(thing.names)), sheet, progress=progress)
+            write_png(output, shapes)
         else:
-            still(thing, other, output, shot, progress)
+            show_still(thing, other, output, shot, progress)
+
+
+def way_of(thing: Performance | Rig | Scan, other: object, output: Path, frame: int | None) -> str:
+    """What comes out: one of `USED`."""
+    film = output.suffix.lower() == ".mp4"
+    if isinstance(thing, Performance):
+        return FILM if film else SHEET if frame is None else FRAME
+    if film:
+        return TURN
+    return SHAPES if isinstance(thing, Rig) and other is None else STILL
 
 
 def load(file: Path, units: str | None) -> Performance | Rig | Scan:
@@ -93,34 +131,45 @@ def load(file: Path, units: str | None) -> Performance | Rig | Scan:
     return read_scan(file, units)
 
 
-def performance(thing: Performance, other, output: Path, frame, sheet, shot: Shot, progress: Progress) -> None:
+def show_performance(
+    thing: Performance, other, output: Path, frame: int | None, sheet: int | None, shot: Shot, progress: Progress
+) -> None:
     """A film, one frame, or a contact sheet."""
-    if other is None:
-        values = None
-    elif isinstance(other, Performance):
-        values = performance_distance(thing, other, shot.still_head)
-    else:
-        values = distance_from(thing, surface(other).mesh)
+    values = distances(thing, other, shot)
     if output.suffix.lower() == ".mp4":
         frames, rate = film_frames(thing, shot.fps)
-        write_mp4(output, performance_frames(thing, frames, shot, values=values, progress=progress), rate)
+        images = performance_frames(thing, frames, shot, values=values, progress=progress)
+        write_mp4(output, images, rate)
     elif frame is not None:
-        write_png(output, next(performance_frames(thing, [frame], shot, values=values, progress=progress)))
+        images = performance_frames(thing, [frame], shot, values=values, progress=progress)
+        write_png(output, next(images))
     else:
-        count = min(sheet or SHEET, len(thing))
-        frames = np.linspace(0, len(thing) - 1, count).round().astype(int).tolist()
+        count = min(sheet or FRAMES, len(thing))
+        evenly = np.linspace(0, len(thing) - 1, count)
+        frames = evenly.round().astype(int).tolist()
         images = performance_frames(thing, frames, cell(shot, count), values=values, progress=progress)
-        marked = [label(image, f"{t / thing.rate:.2f} s") for t, image in zip(frames, images, strict=True)]
+        captions = [f"{t / thing.rate:.2f} s" for t in frames]
+        marked = list(map(label, images, captions))
         write_png(output, contact_sheet(marked))
 
 
-def still(thing: Rig | Scan, other, output: Path, shot: Shot, progress: Progress) -> None:
+def distances(thing: Performance, other, shot: Shot):
+    """A frame's number -> one distance a vertex; None where no heat map is asked for."""
+    if other is None:
+        return None
+    if isinstance(other, Performance):
+        return performance_distance(thing, other, shot.still_head)
+    return distance_from(thing, surface(other).mesh)
+
+
+def show_still(thing: Rig | Scan, other, output: Path, shot: Shot, progress: Progress) -> None:
     """One picture, or a film in which it turns."""
     scan = surface(thing)
     look = rig_look(scan.mesh) if isinstance(thing, Rig) else Look()
     values = None if other is None else surface_distance(scan.mesh, surface(other).mesh)
     if output.suffix.lower() == ".mp4":
-        write_mp4(output, turntable(scan, shot, look, values, progress=progress), shot.fps)
+        images = turntable(scan, shot, look, values, progress=progress)
+        write_mp4(output, images, shot.fps)
     else:
         write_png(output, scan_picture(scan, shot, look, values))
 
@@ -133,4 +182,6 @@ def surface(thing: Performance | Rig | Scan) -> Scan:
 
 def cell(shot: Shot, count: int) -> Shot:
     """The shot of one picture on a contact sheet of `count`: the sheet is two and a half single pictures wide."""
-    return replace(shot, size=min(shot.size, max(96, round(2.5 * shot.size / np.ceil(np.sqrt(count))))))
+    across = np.ceil(np.sqrt(count))
+    size = round(SHEET_SIZES * shot.size / across)
+    return replace(shot, size=min(shot.size, max(LEAST_CELL, size)))

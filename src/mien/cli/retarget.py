@@ -8,7 +8,6 @@ from cyclopts import Parameter
 from jaxtyping import Int
 
 from ..errors import BadInput
-from ..files import writable
 from ..io.gltf import read_performance, write_performance
 from ..io.rigs import read_any_rig
 from ..landmarks.face_correspondence import match_faces
@@ -16,6 +15,7 @@ from ..rig import Rig
 from ..rig.retarget import CORRECTIVE
 from ..rig.retarget import retarget as move
 from .options import verb
+from .outputs import check_outputs
 
 
 @verb
@@ -39,8 +39,8 @@ def retarget(
     correctives
         Transfer what the blendshapes could not say too; --no-correctives leaves it out.
     """
+    check_outputs({"an animated face": output}, inputs=[performance, to])
     played, target = read_performance(performance), read_any_rig(to)
-    writable(output)
     match, note = None, ""
     if correctives and any(name.startswith(CORRECTIVE) for name in played.rig.names):
         match, note = correspondence(played.rig, target)

@@ -11,7 +11,8 @@ from ..io.markers import read_marker_file
 from ..scans.select.select_frames import SelectConfig
 from ..scans.select.take_selection import SelectTakeConfig, TakeSelection, select_take, write_selection
 from .bar import bar
-from .options import verb
+from .options import refuse_unused, verb
+from .outputs import beside, check_outputs
 
 
 @verb
@@ -53,16 +54,20 @@ def select(
     rate
         Frames a second, where the file does not say.
     """
-    file = read_marker_file(existing(take), units, rate)
-    if video is not None:
+    sheet = beside(output, sheet, ".png") if video is not None else None
+    check_outputs({"a selection": output, "a contact sheet": sheet}, inputs=[take, video])
+    if video is None:
+        refuse_unused("without --video", "video_offset", "sheet")
+    else:
         existing(video)
+    file = read_marker_file(existing(take), units, rate)
     config = SelectTakeConfig()
     config = replace(config, select=replace(config.select, tolerance=tolerance, max_frames=max_frames))
     with bar() as progress:
         found = select_take(file.markers, config, progress)
         study = studied(found, progress) if markers else None
-    if video is not None:
-        draw_sheet(sheet or output.with_suffix(".png"), video, video_offset, found, file.markers.rate)
+    if video is not None and sheet is not None:
+        draw_sheet(sheet, video, video_offset, found, file.markers.rate)
     write_selection(output, take.name, found, study)
     for line in [*file.warnings, *summary(found, study)]:
         print(line)

@@ -6,7 +6,7 @@ from typing import Annotated
 import numpy as np
 from cyclopts import Parameter
 
-from ..files import existing, writable
+from ..files import existing
 from ..io.gltf import write_performance
 from ..io.markers import MarkerFile, read_marker_file
 from ..markers.attachment_file import write_attachment
@@ -16,7 +16,8 @@ from ..pictures import write_png
 from ..reports.markers import preview, take_report
 from ..scans.scan_rig import record_beside
 from .bar import bar
-from .options import verb
+from .options import refuse_unused, verb
+from .outputs import beside, check_outputs
 
 
 @verb
@@ -57,9 +58,14 @@ def solve(
     report
         Write the report (.html); by default beside the output.
     """
-    writable(output, *(p for p in (picture, report, save_attach) if p))
+    pages = {"a picture": beside(output, picture, ".png"), "a page": beside(output, report, ".html")}
+    made = {"an animated face": output, **pages, "where markers sit": save_attach}
+    check_outputs(made, inputs=[take, rig, attach])
+    of_scans = rig is not None and record_beside(rig).is_file()
+    if of_scans:
+        refuse_unused("on a rig of scans", "attach", "save_attach", "config")
     file = read_marker_file(existing(take), units, rate)
-    if rig is not None and record_beside(rig).is_file():
+    if rig is not None and of_scans:
         return solve_on_rig_of_scans(rig, take.name, file, output, picture, report)
     face = face_for(rig)
     by_hand = placed(attach, file.markers, face)

@@ -7,12 +7,12 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from ..errors import BadInput
-from ..files import writable
 from ..io.gltf import write_performance
 from ..io.rgbd import RgbdTake, read_rgbd
 from ..io.rgbd.live import Replay, live_frames
 from ..io.rgbd.webcam import open_webcam
 from ..io.rigs import read_any_rig
+from ..landmarks.detector import require_landmarker
 from ..landmarks.on_rig import LandmarkMap, landmarks_of
 from ..pictures import write_png
 from ..progress import Progress
@@ -20,7 +20,9 @@ from ..reports.markers import telling_frames
 from ..reports.tracking import preview, take_report, weights_section
 from ..tracking.pipeline import Tracked, TrackTakeConfig, check_shapes, track_take
 from .bar import bar
-from .options import verb
+from .options import refuse_unused, verb
+from .outputs import beside as beside_output
+from .outputs import check_outputs
 from .personalize import beside
 
 CAMERA = "live"
@@ -69,10 +71,15 @@ def track(
     report
         Write the report (.html); by default beside the output.
     """
-    if output.suffix.lower() != ".glb":
-        raise BadInput(f"{output}: performances are written as .glb; name it so")
-    writable(output, *(path for path in (picture, report) if path))
     camera = str(take) == CAMERA
+    made: dict[str, Path | None] = {"an animated face": output}
+    if camera:
+        refuse_unused("with this computer's camera", "live", "depth_scale", "rate", "picture", "report")
+    else:
+        refuse_unused("without this computer's camera", "seconds", "device")
+        made |= {"a picture": beside_output(output, picture, ".png"), "a page": beside_output(output, report, ".html")}
+    check_outputs(made, inputs=[take, rig])
+    require_landmarker()
     source = open_webcam(seconds, device, focal) if camera else read_rgbd(take, depth_scale, rate, focal)
     person, landmarks = rig_for(rig)
     played = as_live(source) if config.live and not camera else source

@@ -155,6 +155,16 @@ def detect_landmarks(image: UInt8[np.ndarray, "h w 3"]) -> Landmarks2D | None:
     return _shared().detect(image)
 
 
+def require_landmarker() -> None:
+    """Before long work that will look for landmarks.
+
+    Raises:
+        BadInput: the extra `landmarks`, libGL or the model file is missing; it says what mends it.
+    """
+    model_path()
+    _mediapipe()
+
+
 @cache
 def _shared() -> FaceLandmarker:
     return FaceLandmarker()
