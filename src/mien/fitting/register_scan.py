@@ -7,7 +7,7 @@ from jaxtyping import Bool, Float
 
 from ..faces.bundled import BundledFace, load_face
 from ..faces.scan_clean import check_scan, mended
-from ..landmarks.detector import LandmarkSet, bundled_landmarks
+from ..landmarks.detector import bundled_landmarks
 from ..landmarks.on_scan import Landmarks3D, LiftConfig, lift_landmarks
 from ..mesh import Attachment, Mesh, Scan, closest_point, loop_refinement, subdivided, submesh, vertex_normals
 from ..progress import SILENT, Progress
@@ -15,21 +15,9 @@ from ..register.correspond import Rejection, Surface
 from ..register.nonrigid import Anchors, NonrigidConfig, Template
 from ..rig import Rig
 from ..transforms import Transform
-from .morphable import (
-    PEOPLE_BOUND,
-    FaceFit,
-    FitConfig,
-    MorphableModel,
-    fit_face,
-    identity_model,
-    with_expressions,
-)
+from .model_fit import ModelFitConfig, fit_person_to_scan, landmark_anchors
 from .shrink_wrap import WrapStage, shrink_wrap
 from .template_parts import TemplateParts, extrapolate_hidden
-from .terms import landmark_term, surface_term
-
-SET_ASIDE = ("eyeLook", "tongueOut", "mouthClose")
-"""Shapes that a scan's surface says nothing of, by the beginnings of their names."""
 
 
 @dataclass(frozen=True)
@@ -38,12 +26,6 @@ class RegisterConfig:
 
     density: int = 0
     """Rounds of subdivision of the result; each has four times the triangles."""
-    score_share: float = 0.7
-    """Expected weight of an expression, as a share of MediaPipe's score for it; 0 expects a neutral face."""
-    expression_spread: float = 0.15
-    """Standard deviation of an expression's weight about that."""
-    identity_spread: float = 1.0
-    """Standard deviation of the identity's coefficients: 1 is the people that the space was made from."""
     off_face: float = 0.15
     """Trust in closest points on outer skin beyond the face (neck, scalp, ears), against 1 on the face."""
     reliable: float = 0.6
@@ -53,12 +35,7 @@ class RegisterConfig:
     landmark_slack: float = 4.0
     """A landmark this far from the fitted model's counts a quarter, mm."""
     lift: LiftConfig = field(default_factory=LiftConfig)
-    landmark_sigma: float = 3.0
-    """How wrong a landmark is expected to be in the model fit."""
-    surface_sigma: tuple[float, ...] = (8.0, 4.0, 2.0, 1.2, 0.8)
-    """How far the surface is expected to be from the model, step by step: it begins to count late."""
-    steps: int = 3
-    """Gauss-Newton rounds at each of `surface_sigma`."""
+    model: ModelFitConfig = field(default_factory=ModelFitConfig)
     first: NonrigidConfig = field(
         default_factory=lambda: NonrigidConfig(
             markers=2.0, membrane=0.3, closest=(0.01, 0.03), coarse=(), rounds=2, rejection=Rejection(max_distance=8.0)
@@ -132,13 +109,13 @@ def register_scan(
     body = TemplateParts(face)
     target, notes = mended(scan.mesh.with_vertices(landmarks.T_face_scan.apply(scan.mesh.vertices)))
     progress.update("registering", 1, 4)
-    anchors = _anchors(landmarks, bundled_landmarks(), landmarks.T_face_scan.apply(landmarks.points))
-    fitted, identity, weights = _fit_model(face, body, Surface(target), anchors, landmarks.scores, config)
+    points = landmarks.T_face_scan.apply(landmarks.points)
+    anchors = landmark_anchors(points, landmarks.spread, config=config.model)
+    fitted = fit_person_to_scan(face, body, Surface(target), anchors, landmarks.scores, config.model)
     progress.update("registering", 2, 4)
-    T_model_target = fitted.state.T_target_model.inverse()
-    T_face_scan = T_model_target @ landmarks.T_face_scan
-    surface = Surface(target.with_vertices(T_model_target.apply(target.vertices)))
-    anchors = replace(anchors, points=T_model_target.apply(anchors.points))
+    T_face_scan = fitted.T_model_target @ landmarks.T_face_scan
+    surface = Surface(target.with_vertices(fitted.T_model_target.apply(target.vertices)))
+    anchors = replace(anchors, points=fitted.T_model_target.apply(anchors.points))
     anchors = _believed(anchors, face.rig.neutral.with_vertices(fitted.vertices), config.landmark_slack)
     colored = scan.texture is not None or scan.mesh.colors is not None
     stages = _wrap_stages(anchors, LIPS_AND_LIDS + BROWS * colored, config)
@@ -149,16 +126,9 @@ def register_scan(
     distances, reliable = _quality(mesh, surface, trust, config)
     regions = _region_errors(face, config.density, distances, reliable)
     progress.update("registering", 4, 4)
-    return Registration(mesh, T_face_scan, distances, reliable, regions, landmarks, identity, weights, notes)
-
-
-def _anchors(landmarks: Landmarks3D, landmark_set: LandmarkSet, points: np.ndarray) -> Anchors:
-    """Landmarks with a weight each: less where views disagree, none on outline and irises."""
-    weights = np.zeros(len(points))
-    seen = np.isfinite(points.sum(axis=1))
-    steady = landmark_set.stable[seen[landmark_set.stable]]
-    weights[steady] = 1 / (1 + (landmarks.spread[steady] / 1.5) ** 2)
-    return Anchors(landmark_set.attachment, np.nan_to_num(points), weights)
+    return Registration(
+        mesh, T_face_scan, distances, reliable, regions, landmarks, fitted.identity, fitted.expression, notes
+    )
 
 
 def _believed(anchors: Anchors, fitted: Mesh, slack: float) -> Anchors:
@@ -173,39 +143,6 @@ def _of_groups(anchors: Anchors, groups: tuple[str, ...]) -> Anchors:
     keep = np.zeros(len(anchors.weights), bool)
     keep[np.concatenate([sets[name] for name in groups])] = True
     return replace(anchors, weights=anchors.weights * keep)
-
-
-def _fit_model(face: BundledFace, body: TemplateParts, surface: Surface, anchors: Anchors, scores, config):
-    """Identity, expression and pose; half-way, lids and eyes are refitted to the person."""
-    names = [n for n in face.rig.names if not n.startswith(SET_ASIDE)]
-    people = len(face.identity.modes)
-    trust = face.regions["face"] * (body.trust > 0)
-    sigma = np.repeat(config.surface_sigma, config.steps).tolist()
-    rough = _fit(_model(face, face.rig.deltas, names, scores, config), surface, anchors, trust, sigma, None, config)
-    neutral = face.rig.neutral.vertices + face.identity.displacement(rough.state.coefficients[:people])
-    model = _model(face, face.fitted_deltas(neutral), names, scores, config)
-    fitted = _fit(model, surface, anchors, trust, sigma[-2 * config.steps :], rough.state, config)
-    identity, expression = np.split(fitted.state.coefficients, [people])
-    return fitted, identity, dict(zip(names, expression.tolist(), strict=True))
-
-
-def _fit(model: MorphableModel, surface: Surface, anchors: Anchors, trust, sigma, start, config) -> FaceFit:
-    """The model on surface and landmarks, one round at each of `sigma`."""
-    terms = {
-        "surface": surface_term(model, surface, trust, sigma=sigma),
-        "landmarks": landmark_term(
-            model, anchors.attachment, anchors.points, anchors.weights, sigma=config.landmark_sigma
-        ),
-    }
-    return fit_face(model, terms, FitConfig(rounds=len(sigma)), start)
-
-
-def _model(face: BundledFace, deltas: np.ndarray, names: list[str], scores: dict[str, float], config) -> MorphableModel:
-    """The bundled face with identity and expression as one linear model; expressions are expected as seen."""
-    people = identity_model(face, config.identity_spread, PEOPLE_BOUND)
-    expected = np.array([config.score_share * scores.get(n, 0.0) for n in names])
-    chosen = deltas[[face.rig.index(n) for n in names]]
-    return with_expressions(people, chosen, expected, config.expression_spread)
 
 
 BROWS = ("brow_left", "brow_right")

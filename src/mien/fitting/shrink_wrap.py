@@ -41,7 +41,7 @@ def shrink_wrap(
         anchors = stage.anchors
         if anchors is not None:
             anchors = replace(anchors, attachment=parts.attached(anchors.attachment))
-        skin = template.register(surface, anchors, stage.config, start=skin, trust=on_skin).vertices
+        skin = template.register(surface, anchors, stage.config, skin, on_skin, parts.sides[parts.skin]).vertices
     vertices = start.vertices.copy()
     vertices[parts.skin] = extrapolate_hidden(template, skin, on_skin > 0)
     shown = parts.trust[parts.skin] > 0

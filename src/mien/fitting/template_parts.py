@@ -3,11 +3,13 @@
 from functools import cached_property
 
 import numpy as np
+import scipy.sparse as sp
 from jaxtyping import Bool, Float, Int
+from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import KDTree
 
 from ..faces.bundled import BundledFace
-from ..mesh import Attachment, submesh, vertex_normals
+from ..mesh import Attachment, Mesh, submesh, vertex_normals
 from ..pictures.raycast import RayCaster
 from ..register import procrustes
 from ..register.nonrigid import Template
@@ -17,6 +19,19 @@ from ..register.solver import solve_vertices
 
 EDGE_MM = 4.0
 """How far from the edges of lids and lips a closest point may be on the wrong one."""
+
+LEAST_EDGE_MM = 1e-9
+"""Added to lengths: a sparse graph forgets an edge of length 0."""
+UNREACHED_MM = 1e6
+"""Where no way leads: another part."""
+SIDE_MM = 8.0
+"""So far from the edge of a lip or lid, along the skin, a vertex belongs to it."""
+CORNER_MM = 2.0
+"""A vertex whose ways to both edges differ by no more is at a corner of the opening, and of both sides."""
+OPENINGS = (
+    ("upper_lip", "lower_lip"), ("left_upper_lid", "left_lower_lid"), ("right_upper_lid", "right_lower_lid"),
+)  # fmt: skip
+"""Contours that close on each other."""
 
 
 class TemplateParts:
@@ -46,6 +61,23 @@ class TemplateParts:
         """`trust`, with 1 wherever the face itself is shown and no more than `off_face` beyond it."""
         return np.maximum(self.face.regions["face"], off_face * self.trust) * (self.trust > 0)
 
+    @cached_property
+    def sides(self) -> Int[np.ndarray, " n"]:
+        """+1 and -1 along upper and lower lip, +2 and -2 along the left eye's lids, +3 and -3 the right one's.
+
+        Measured along the skin, since lips touch: 0 beyond `SIDE_MM` of an edge, and at the corners, where both meet.
+        """
+        mesh, contours = self.face.rig.neutral, self.face.contours
+        sides = np.zeros(len(mesh.vertices), int)
+        for value, (upper, lower) in enumerate(OPENINGS, 1):
+            if not len(contours.get(upper, ())):
+                continue
+            above, below = (_along_skin(mesh, contours[name]) for name in (upper, lower))
+            near = np.minimum(above, below) < SIDE_MM
+            clear = np.abs(above - below) > CORNER_MM
+            sides = np.where(near & clear, np.where(above < below, value, -value), sides)
+        return sides
+
     def attached(self, attachment: Attachment) -> Attachment:
         """An attachment to the whole mesh as one to the skin alone."""
         place = np.searchsorted(self.skin_faces, attachment.faces)
@@ -56,6 +88,15 @@ def _ears(rest: Float[np.ndarray, "n 3"]) -> Bool[np.ndarray, " n"]:
     """Ears and the skin round them on the average face: closest points fold them onto the head."""
     x, y, z = rest.T
     return (np.abs(x) > 66) & (z > -45) & (z < 16) & (y > -50) & (y < 38)
+
+
+def _along_skin(mesh: Mesh, seeds: Int[np.ndarray, " k"]) -> Float[np.ndarray, " n"]:
+    """How far each vertex is from the nearest of `seeds` along the edges, mm."""
+    ends = np.sort(mesh.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    i, j = np.unique(ends, axis=0).T
+    length = np.linalg.norm(mesh.vertices[i] - mesh.vertices[j], axis=1) + LEAST_EDGE_MM
+    graph = sp.csr_matrix((length, (i, j)), shape=(len(mesh.vertices),) * 2)
+    return np.minimum(dijkstra(graph, directed=False, indices=seeds, min_only=True), UNREACHED_MM)
 
 
 def _openness(face: BundledFace, directions: int = 64) -> Float[np.ndarray, " n"]:

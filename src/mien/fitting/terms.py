@@ -12,6 +12,7 @@ from jaxtyping import Float, Int
 
 from ..mesh import Attachment, ClosestPoint, Mesh, mass, submesh, vertex_normals
 from ..register.correspond import Rejection, Surface
+from ..register.sides import same_side
 from .morphable import FaceState, ModelPoints, MorphableModel, Rows, points_at, vertices_at
 
 FADE = 2.5
@@ -46,6 +47,8 @@ class SurfaceTerm:
     rejection: Rejection = field(default_factory=lambda: Rejection(max_distance=15.0, max_angle_deg=50.0))
     """Which closest points count."""
     fade: float = SURFACE_FADE
+    sides: Int[np.ndarray, " v"] | None = None
+    """Which of two lips or lids each vertex is of; the two never match each other (see `register.sides`)."""
 
     def rows(self, model: MorphableModel, state: FaceState, round: int) -> Rows:
         """Closest points of all vertices that may be shown, each along the scan's normal."""
@@ -53,7 +56,10 @@ class SurfaceTerm:
         placed = self.points.placed(state)
         whole = state.T_target_model.apply(model.vertices(state.coefficients))
         pairs = self.surface.correspond(placed, vertex_normals(whole, model.faces)[self.which], self.rejection)
-        weights = self.share * pairs.accepted * fading(pairs.distances, self.fade * sigma)
+        accepted = pairs.accepted
+        if self.sides is not None:
+            accepted = accepted & same_side(placed, self.sides, pairs.points)
+        weights = self.share * accepted * fading(pairs.distances, self.fade * sigma)
         root, n = np.sqrt(weights) / sigma, pairs.normals
         turn = np.cross(placed - state.T_target_model.translation, n)
         shapes = np.einsum("vb,vbk->vk", n @ state.T_target_model.rotation, self.points.modes)
@@ -63,17 +69,25 @@ class SurfaceTerm:
 
 
 def surface_term(
-    model: MorphableModel, surface: Surface, trust: Float[np.ndarray, " n"], samples: float = 400.0, **how
+    model: MorphableModel,
+    surface: Surface,
+    trust: Float[np.ndarray, " n"],
+    samples: float = 400.0,
+    sides: Int[np.ndarray, " n"] | None = None,
+    **how,
 ) -> SurfaceTerm:
     """A surface term over the vertices with `trust` > 0, weighed by their area and trust.
 
     Args:
         samples: the surface counts as so many independent measurements, since neighbouring vertices err alike.
+        sides: of all vertices.
         how: further fields of `SurfaceTerm`.
     """
     which = np.flatnonzero(trust > 0)
     area = mass(model.mean, model.faces)[which] * trust[which]
-    return SurfaceTerm(vertices_at(model, which), which, samples * area / area.sum(), surface, **how)
+    share = samples * area / area.sum()
+    of_which = None if sides is None else sides[which]
+    return SurfaceTerm(vertices_at(model, which), which, share, surface, sides=of_which, **how)
 
 
 @dataclass(frozen=True)

@@ -70,9 +70,7 @@ def starts(cloud: Float[np.ndarray, "markers 3"], turns: int) -> list[Float[np.n
     for normal in np.concatenate([axes[::-1], -axes[::-1]]):
         side = np.linalg.svd(normal[None])[2][1]
         frame = np.stack([side, np.cross(normal, side), normal])
-        rotations += [
-            rotation_from_vector(np.array([0, 0, 2 * np.pi * i / turns])) @ frame for i in range(turns)
-        ]
+        rotations += [rotation_from_vector(np.array([0, 0, 2 * np.pi * i / turns])) @ frame for i in range(turns)]
     return rotations
 
 
@@ -91,9 +89,7 @@ def _begin(cloud: np.ndarray, surface: ClosestPoint, config: AlignConfig) -> lis
     return [T[i] for i in np.argsort((kept**2).mean(axis=1), kind="stable")[: config.follow]]
 
 
-def _follow(
-    cloud: np.ndarray, surface: ClosestPoint, T: Transform, iterations: int, config: AlignConfig
-) -> Alignment:
+def _follow(cloud: np.ndarray, surface: ClosestPoint, T: Transform, iterations: int, config: AlignConfig) -> Alignment:
     few = max(4, round(config.keep * len(cloud)))
     distances = np.zeros(len(cloud))
     for _ in range(iterations):

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 import scipy.sparse as sp
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from ..mesh import Attachment, ClosestPoint, Mesh, vertex_normals
 from .coarse import CoarseTemplate
@@ -25,6 +25,7 @@ from .residuals import (
     point_term,
 )
 from .shape import local_rotations, make_stencil, turned_edges
+from .sides import same_side
 from .solver import FACTOR_UP_TO, solve_vertices
 
 
@@ -112,6 +113,7 @@ class Template:
         config: NonrigidConfig | None = None,
         start: Float[np.ndarray, "n 3"] | None = None,
         trust: Float[np.ndarray, " n"] | None = None,
+        sides: Int[np.ndarray, " n"] | None = None,
     ) -> NonrigidResult:
         """Deform the template onto `target`, which is rigidly aligned with it already.
 
@@ -119,12 +121,14 @@ class Template:
             anchors: markers or landmarks; first of all the template is deformed to meet them alone.
             start: where the vertices are now, if not at rest.
             trust: multiplies the closest-point term of each vertex: 0 where the target has no such surface.
+            sides: which of two lips or lids a vertex is of (see `sides.same_side`); the two never match each other.
         """
         config = config or NonrigidConfig()
         surface = target if isinstance(target, Surface) else Surface(target)
         x = self.mesh.vertices if start is None else start
         trust = np.ones(len(x)) if trust is None else trust
-        body = _Body(self.mesh, self.stencil, _anchored(self.mesh, anchors, config), trust, config, self.prolongation)
+        markers = _anchored(self.mesh, anchors, config)
+        body = _Body(self.mesh, self.stencil, markers, trust, config, self.prolongation, sides)
         coarse_body = _coarse_body(self._coarse, body, anchors, config) if self._coarse else body
         y = self._coarse.down(x) if self._coarse else x
         stiff = [*np.zeros(3 if anchors else 0), *np.repeat(config.coarse, config.coarse_rounds)]
@@ -176,6 +180,7 @@ class _Body:
     trust: np.ndarray
     config: NonrigidConfig
     prolongation: sp.csr_matrix | None = None
+    sides: np.ndarray | None = None
 
     def round(self, x: np.ndarray, surface: Surface, w3: float, rejection: Rejection) -> np.ndarray:
         """Search closest points, turn the differential coordinates, solve."""
@@ -183,6 +188,9 @@ class _Body:
         if w3:
             used = np.flatnonzero(self.trust > 0)
             found = surface.correspond(x[used], vertex_normals(x, self.mesh.faces)[used], rejection)
+            if self.sides is not None:
+                allowed = same_side(x[used], self.sides[used], found.points)
+                found = replace(found, accepted=found.accepted & allowed)
             more, planes = self.surface_terms(found.among(len(x), used), w3)
             points += more
         return solve_vertices(points, planes, x, prolongation=self.prolongation).vertices
