@@ -55,3 +55,19 @@ def wrinkled(mesh: Mesh, squeeze: float, shear: float, wrinkle_mm: float) -> np.
     points = bent(mesh.vertices, squeeze, shear)
     points[:, 2] += wrinkle_mm * (squeeze / 0.2) ** 2 * np.cos(2 * np.pi * mesh.vertices[:, 0] / 12.0)
     return points
+
+
+def write_clips(folder, clips=None):
+    """The training set as files: a folder a clip."""
+    from mien.clip import Markers
+    from mien.io.markers.c3d import write_c3d
+    from mien.io.meshes.ply import write_ply
+
+    whole = training()
+    for clip in clips or whole.clips:
+        place = folder / clip.name
+        place.mkdir(parents=True)
+        write_c3d(place / "markers.c3d", Markers(clip.markers, whole.labels, 30.0))
+        for i, frame in enumerate(clip.frames()):
+            write_ply(place / f"frame_{i:06d}.ply", whole.mesh.with_vertices(frame.vertices))
+    return whole

@@ -32,6 +32,7 @@ PIPELINE = {
     "personalize": "An RGB-D take to a personal rig.",
     "track": "RGB-D or video to an animated face.",
     "retarget": "An animated face onto another rig.",
+    "detail": "Wrinkles and pores from markers.",
     "render": "Pictures, contact sheets and films.",
     "convert": "From one format to another.",
     "fetch": "Bring the landmark model.",

@@ -1,0 +1,104 @@
+"""`mien detail`: wrinkles and pores from markers, by polynomial displacement maps."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+
+from ..detail.fit import DetailConfig
+from ..detail.synthesize import SynthesisConfig
+from ..errors import BadInput
+from ..files import existing
+from .bar import bar
+from .options import refuse_unused, verb
+
+
+@verb
+def detail(
+    what: Literal["fit", "synth"],
+    source: Path,
+    *,
+    output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("detail"),
+    maps: Path | None = None,
+    unit: str | None = None,
+    half: bool = False,
+    rate: float | None = None,
+    fitting: Annotated[DetailConfig, Parameter(name="*")] = DetailConfig(),
+    synthesis: Annotated[SynthesisConfig, Parameter(name="*")] = SynthesisConfig(fine_vertices=True, levels=1),
+) -> None:
+    """Learn how a person's skin wrinkles from scanned clips (fit), and put it on their takes (synth).
+
+    `fit` reads a folder of clips, each with its markers and one registered mesh a frame, from neutral to an expression,
+    and leaves a folder of maps. `synth` plays a marker take, or any animated face of the same person, with them.
+
+    Parameters
+    ----------
+    what
+        fit or synth.
+    source
+        fit: the folder of clips. synth: a take (C3D, TRC, CSV) with the markers of the training, or a performance
+        (.glb) of the same person.
+    output
+        fit: the folder for the maps. synth: a folder for one .ply a frame, or a film (.mp4).
+    maps
+        synth: the folder that fit has left.
+    unit
+        fit: of the meshes; mm where not given.
+    half
+        fit: store 16-bit coefficients.
+    rate
+        synth: frames a second of a take whose file does not say.
+    """
+    if what == "fit":
+        refuse_unused("with fit", "maps", "rate", "synthesis")
+        return fit_maps(existing(source), output, fitting, unit, half)
+    refuse_unused("with synth", "unit", "half", "fitting")
+    if maps is None:
+        raise BadInput("synth: --maps is missing: the folder that `mien detail fit` has left")
+    play(existing(source), maps, output, synthesis, rate)
+
+
+def fit_maps(folder: Path, output: Path, config: DetailConfig, unit: str | None, half: bool) -> None:
+    """Clips to maps."""
+    import numpy as np
+
+    from ..detail.files import write_detail
+    from ..detail.fit import fit_detail
+    from ..detail.training_files import read_training
+
+    training, notes = read_training(folder, unit)
+    with bar() as progress:
+        model = fit_detail(training, config, progress)
+        write_detail(output, model, half)
+    for note in notes:
+        print(note)
+    kept = " ".join(f"{100 * energy:.1f}" for energy in model.domain.energies)
+    print(f"deformation held by 1 to 5 directions: {kept} %")
+    fine = "" if model.fine is None else f", fine {np.nanmedian(model.fine.error_mm):.4f} mm"
+    print(
+        f"{output}/: {len(training)} frames of {len(training.clips)} clips, {len(training.labels)} markers; residual "
+        f"medium {np.nanmedian(model.medium.error_mm):.3f} mm{fine}; "
+        f"{model.medium.unreliable.mean():.0%} of the texels are not reliable"
+    )
+
+
+def play(source: Path, maps: Path, output: Path, config: SynthesisConfig, rate: float | None) -> None:
+    """A take with detail."""
+    from ..detail.files import read_detail
+    from ..detail.output import write_film, write_frames
+    from ..detail.pipeline import synthesize
+    from ..io.gltf import read_performance
+    from ..io.markers import read_markers
+
+    model = read_detail(maps)
+    take = read_performance(source) if source.suffix.lower() == ".glb" else read_markers(source, rate=rate)
+    with bar() as progress:
+        synthesizer, drive, frames = synthesize(model, take, config, progress)
+        if output.suffix.lower() == ".mp4":
+            count = write_film(output, synthesizer, frames, take.rate)
+        else:
+            count = write_frames(output, synthesizer, drive, frames)
+    guessed = int((drive.guessed > 0).sum())
+    if guessed:
+        print(f"{guessed} markers were filled in from their neighbours in some frames")
+    print(f"{output}: {count} frames of {len(synthesizer.mesh.vertices):,} vertices")

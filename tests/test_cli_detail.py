@@ -1,0 +1,53 @@
+import numpy as np
+import pytest
+
+from detail_patch import write_clips
+from mien.cli.main import main
+from mien.io.meshes.ply import read_ply
+
+FIT = ["--base.vertices", "0", "--medium-size", "24", "--fine-size", "32"]
+
+
+def run(*words):
+    with pytest.raises(SystemExit) as stop:
+        main(["detail", *map(str, words)])
+    return stop.value.code or 0
+
+
+@pytest.fixture(scope="module")
+def fitted(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("detail")
+    write_clips(folder / "clips")
+    assert run("fit", folder / "clips", "-o", folder / "maps", *FIT) == 0
+    return folder
+
+
+def test_fit_then_synth_gives_a_mesh_a_frame(fitted, capsys):
+    out = fitted / "out"
+    take = fitted / "clips" / "squeeze" / "markers.c3d"
+    assert run("synth", take, "--maps", fitted / "maps", "-o", out, "--levels", 0) == 0
+    assert "8 frames of 1,089 vertices" in capsys.readouterr().out
+    first, last = (read_ply(out / f"frame_{i:06d}.ply")[0] for i in (0, 7))
+    truth = read_ply(fitted / "clips" / "squeeze" / "frame_000007.ply")[0]
+    assert np.ptp(last.vertices[:, 0]) < 0.9 * np.ptp(first.vertices[:, 0])
+    inner = (np.abs(truth.vertices[:, :2]) < 20).all(axis=1)
+    off = np.linalg.norm(last.vertices[:, None] - truth.vertices[None, inner][:, ::40], axis=2).min(axis=0)
+    assert off.mean() < 0.8
+
+
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        (["synth", "{clips}/squeeze/markers.c3d"], "--maps is missing"),
+        (["synth", "{clips}/squeeze/markers.c3d", "--maps", "{clips}"], "no detail.json"),
+        (["fit", "{clips}", "--maps", "x"], "--maps does nothing with fit"),
+        (["synth", "{clips}/squeeze/markers.c3d", "--maps", "{maps}", "--half"], "--half does nothing with synth"),
+        (["fit", "{maps}"], "no clips in it"),
+    ],
+)
+def test_bad_input_is_one_line(fitted, capsys, tmp_path, words, line):
+    filled = [word.format(clips=fitted / "clips", maps=fitted / "maps") for word in words]
+    assert run(*filled, "-o", tmp_path / "out") == 2
+    told = capsys.readouterr().err
+    assert line in told
+    assert told.count("\n") == 1
