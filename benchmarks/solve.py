@@ -17,7 +17,6 @@ from mien.stage.seeds import REPORTING_SEEDS
 from mien.takes.frame_solve import solve_frames
 from mien.takes.marker_model import marker_model
 from mien.takes.stabilise import stabilise
-from mien.transforms import Transform
 
 
 def solve_one(seed: int, markers: int, seconds: float, rate: float) -> dict:
@@ -41,7 +40,7 @@ def solve_one(seed: int, markers: int, seconds: float, rate: float) -> dict:
         "frozen_baseline_mm": float(score.frozen.mean()),
         "ratio": float(score.ratio),
         "ratio_strongest": float(score.expression[strongest].mean() / score.frozen[strongest].mean()),
-        "sureness": solved.attached.sureness,
+        "alignment_margin": solved.calibration.alignment_margin,
         "whole_s": whole_s,
         "frames_per_s": frame_rate(solved, take.markers),
     }
@@ -49,14 +48,13 @@ def solve_one(seed: int, markers: int, seconds: float, rate: float) -> dict:
 
 def frame_rate(solved, markers) -> float:
     """Frames a second of the frame solve: compiled, attachments known, poses from `stabilise`; median of three."""
-    attached = solved.attached
-    model = marker_model(attached.rig, attached.attachment, attached.standoff)
-    back, head = attached.T_face_head.inverse(), stabilise(markers).T_world_head
-    T = head @ Transform(np.broadcast_to(back.rotation, head.rotation.shape), np.tile(back.translation, (len(head), 1)))
+    calibration = solved.calibration
+    model = marker_model(calibration.rig, calibration.attachment, calibration.standoff)
+    T_lab_face = stabilise(markers).T_lab_head @ calibration.T_face_head.inverse()
     times = []
     for _ in range(3):
         begin = time.perf_counter()
-        solve_frames(model, markers.positions, T, markers.rate)
+        solve_frames(model, markers.positions, T_lab_face, markers.rate)
         times.append(time.perf_counter() - begin)
     return len(markers.positions) / float(np.median(times))
 

@@ -8,7 +8,7 @@ from mien.errors import BadInput
 from mien.faces import load_face
 from mien.fitting.marker_identity import IdentityConfig, fit_identity, on_closest, person, surface_points
 from mien.markers.attachment_file import read_attachment, write_attachment
-from mien.markers.personalise_shapes import AdaptConfig, adapt_rig, shape_corrections, spread
+from mien.markers.personalise_shapes import PersonaliseConfig, personalise_shapes, shape_corrections, spline
 from mien.mesh import Attachment, ClosestPoint, submesh, vertex_normals
 from mien.register import procrustes
 from mien.register.align import align, starts
@@ -17,7 +17,7 @@ from mien.takes.frame_solve import SolveConfig, normal_equations, solve_frames, 
 from mien.takes.gaps import GapConfig, fill_gaps, gap_lengths
 from mien.takes.marker_model import MarkerModel, marker_model
 from mien.takes.stabilise import calm_frames, mean_cloud, stabilise
-from mien.takes.world import upright
+from mien.takes.world import turn_y_up
 from mien.transforms import Transform, rotation_from_vector, vector_from_rotation
 
 FREE = SolveConfig(sparsity=0.0, smoothness=0.0, ridge=1e-9, rounds=6, outlier=np.inf)
@@ -116,7 +116,7 @@ def test_the_world_is_the_lab_turned_upright():
     for up in (np.array([np.pi / 2, 0, 0]), np.array([0, 0, -np.pi / 2]), np.array([np.pi, 0, 0]), np.zeros(3)):
         lean = rotation_from_vector(np.array([[0.1, 0.3, -0.1], [0.1, 0.4, 0.1]]))
         T = Transform(rotation_from_vector(up) @ lean, np.ones((2, 3)))
-        world = upright(T)
+        world = turn_y_up(T)
         assert (world.rotation[:, 1, 1] > 0.9).all()
         turn = world.rotation @ np.swapaxes(T.rotation, 1, 2)
         np.testing.assert_allclose(turn, np.round(turn), atol=1e-12)
@@ -221,7 +221,7 @@ def test_clean_markers_give_weights_and_pose_back(model, acted):
     start = Transform(T.rotation @ rotation_from_vector(np.full((50, 3), 0.03)), T.translation + 2)
     solved = solve_frames(model, X, start, 60.0, config=FREE)
     np.testing.assert_allclose(solved.weights, W, atol=2e-3)
-    np.testing.assert_allclose(solved.T_world_face.rotation, T.rotation, atol=1e-3)
+    np.testing.assert_allclose(solved.T_lab_face.rotation, T.rotation, atol=1e-3)
     assert np.nanmax(solved.residuals) < 0.05
     assert solved.converged
 
@@ -281,7 +281,7 @@ def test_corrections_recover_a_performers_bent_shapes(model):
 
 def test_spread_interpolates_smoothly_and_stays_on_the_skin(face, held):
     skin = face.parts["skin"]
-    S = spread(face.rig.neutral, held, skin, 12.0)
+    S = spline(face.rig.neutral, held, skin)
     smooth = held.points(face.rig.neutral)[:, 1] / 50
     at_markers = held.matrix(face.rig.neutral) @ (S @ smooth)
     np.testing.assert_allclose(at_markers, smooth, atol=0.05)
@@ -292,9 +292,9 @@ def test_spread_interpolates_smoothly_and_stays_on_the_skin(face, held):
 
 def test_bent_rig_meets_the_corrections_and_leaves_still_shapes_still(face, held):
     field = np.tile(np.random.default_rng(14).normal(size=3), (60, 1))
-    S = spread(face.rig.neutral, held, face.parts["skin"], 12.0)
+    S = spline(face.rig.neutral, held, face.parts["skin"])
     corrections = 0.2 * np.stack([held.matrix(face.rig.neutral) @ d for d in face.rig.deltas])
-    bent = adapt_rig(face.rig, held, field, corrections, S, AdaptConfig())
+    bent = personalise_shapes(face.rig, held, field, corrections, S, PersonaliseConfig())
     np.testing.assert_allclose(held.points(bent.neutral) - held.points(face.rig.neutral), field, atol=0.15)
     smile = face.rig.index("mouthSmileLeft")
     D = held.matrix(face.rig.neutral)

@@ -37,7 +37,7 @@ def test_a_staged_take_is_followed_far_closer_than_by_a_frozen_face(staged, solv
     assert score.ratio_strongest <= 0.3
     assert score.surface <= 1.5
     assert solved.depth_known
-    assert solved.attached.sureness > 0.3
+    assert solved.calibration.alignment_margin > 0.3
 
 
 def test_weights_stay_in_their_box_and_names_are_arkits(solved):
@@ -82,7 +82,7 @@ def test_solve_from_file_to_file_and_placed_by_hand(staged, tmp_path, capsys):
     assert {p.name for p in tmp_path.iterdir()} == {"take.c3d", "perf.glb", "perf.png", "perf.html", "places.json"}
     assert set(json.loads(places.read_text())) == set(take.labels)
     again = tmp_path / "again.glb"
-    assert run(capsys, *solve, str(again), "--attach", str(places), "--adapt-rounds", "0")[0] == 0
+    assert run(capsys, *solve, str(again), "--attach", str(places), "--personalise-rounds", "0")[0] == 0
     assert np.abs(read_performance(again).weights - performance.weights).mean() < 0.1
 
 

@@ -7,7 +7,7 @@ from mien.mesh import Mesh
 from mien.register import Surface
 from mien.scans.marker_pose import ScannedFrame, find_poses
 from mien.scans.marker_registration import MarkerRegistrationConfig, nonrigid_fit, register_markers
-from mien.takes.preprocess import prepare
+from mien.takes.preprocess import preprocess_take
 from mien.transforms import Transform
 from scan_stage import FRAMES, scan_stage
 from small_scans import small_rig
@@ -16,7 +16,7 @@ from small_scans import small_rig
 @pytest.fixture(scope="module")
 def on_scans():
     _, take, _, scans = scan_stage()
-    expressions = prepare(take.markers).positions[list(FRAMES)]
+    expressions = preprocess_take(take.markers).positions[list(FRAMES)]
     own = [s.truth.T_scan_face.inverse() for s in scans]
     given = zip(scans, expressions, own, strict=True)
     frames = [ScannedFrame(s.scan.name, x, s.scan.mesh, T) for s, x, T in given]

@@ -17,7 +17,7 @@ from mien.scans.reconstruct import solve_on_scans
 from mien.scans.take_in_head import TakeInHead
 from mien.stage.score_material import score_material
 from mien.step_cache import StepCache
-from mien.takes.preprocess import prepare
+from mien.takes.preprocess import preprocess_take
 from scan_stage import FRAMES, scan_stage
 
 QUICK = ScansConfig(density=0, fine=FineConfig(sweeps=1, pixel_mm=1.5, curvature_radius_mm=6.0))
@@ -38,7 +38,7 @@ def flat() -> Mesh:
 
 def test_scans_that_markers_do_not_fit_are_left_out_and_the_rest_goes_on():
     _, take, _, scans = scan_stage()
-    expressions = prepare(take.markers).positions[[*FRAMES, FRAMES[0]]]
+    expressions = preprocess_take(take.markers).positions[[*FRAMES, FRAMES[0]]]
     meshes = {s.scan.name: s.scan.mesh for s in scans} | {"wall": flat()}
     fitted = tuple(FittedScan(Scan(mesh, name=name), 0, mesh, None) for name, mesh in meshes.items())
     given = TakeInHead(take.markers.labels, fitted, expressions)

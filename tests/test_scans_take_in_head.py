@@ -7,7 +7,7 @@ from mien.errors import BadInput
 from mien.mesh import Scan
 from mien.scans.fitted_scan import FittedScan
 from mien.scans.take_in_head import denoise_frames, take_in_head
-from mien.takes.preprocess import prepare
+from mien.takes.preprocess import preprocess_take
 from scan_stage import FRAMES, scan_stage
 
 
@@ -27,7 +27,7 @@ def seen(name: str, frame: int) -> FittedScan:
 
 
 def test_the_calmest_scan_comes_first_and_frames_outside_the_take_are_left_out():
-    ready = prepare(scan_stage()[1].markers)
+    ready = preprocess_take(scan_stage()[1].markers)
     open_jaw, far, rest, smile = (seen(f"s_{f}", f) for f in (70, 9999, 10, 110))
     found = take_in_head(ready, [open_jaw, far, rest, smile])
     assert [scan.name for scan in found.scans] == ["s_10", "s_70", "s_110"]

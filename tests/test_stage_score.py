@@ -10,7 +10,7 @@ from mien.faces.bundled import load_face
 from mien.rig import Performance, Rig
 from mien.stage import MocapConfig, make_performer, marker_layout, perform, random_performance, score_performance
 from mien.stage.score import score_vertices
-from mien.takes.world import upright
+from mien.takes.world import turn_y_up
 from mien.transforms import Transform
 
 
@@ -33,7 +33,7 @@ def test_the_truth_scores_nothing(truth):
 
 
 def test_the_world_may_be_turned_upright(truth):
-    s = score(truth, truth.vertices, upright(truth.T_lab_face))
+    s = score(truth, truth.vertices, turn_y_up(truth.T_lab_face))
     assert s.absolute.max() < 1e-6
 
 

@@ -10,7 +10,7 @@ from ..files import existing
 from ..io.gltf import write_performance
 from ..io.markers import MarkerFile, read_marker_file
 from ..markers.attachment_file import write_attachment
-from ..markers.inputs import face_for, placed
+from ..markers.inputs import read_face, read_placement
 from ..markers.pipeline import TakeConfig, solve_take
 from ..pictures import write_png
 from ..reports.markers import preview, take_report
@@ -67,8 +67,8 @@ def solve(
     file = read_marker_file(existing(take), units, rate)
     if rig is not None and of_scans:
         return solve_on_rig_of_scans(rig, take.name, file, output, picture, report)
-    face = face_for(rig)
-    by_hand = placed(attach, file.markers, face)
+    face = read_face(rig)
+    by_hand = read_placement(attach, file.markers, face)
     with bar() as progress:
         solved = solve_take(file.markers, face, by_hand, config, progress)
         image = preview(solved, file.markers, progress=progress)
@@ -76,7 +76,7 @@ def solve(
     write_png(picture or output.with_suffix(".png"), image)
     take_report(take.name, solved, file.markers, image, file.warnings).write(report or output.with_suffix(".html"))
     if save_attach:
-        write_attachment(save_attach, file.markers.labels, solved.attached.attachment)
+        write_attachment(save_attach, file.markers.labels, solved.calibration.attachment)
     for line in [*file.warnings, summary(solved)]:
         print(line)
 
@@ -111,5 +111,5 @@ def summary(solved) -> str:
     performance = solved.performance
     return (
         f"{int(performance.tracked.sum())} of {len(performance)} frames solved, mean residual "
-        f"{np.nanmean(solved.residuals):.2f} mm, sureness {solved.attached.sureness:.2f}"
+        f"{np.nanmean(solved.residuals):.2f} mm, alignment margin {solved.calibration.alignment_margin:.2f}"
     )

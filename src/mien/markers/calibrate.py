@@ -17,16 +17,16 @@ from ..takes.frame_solve import FrameSolve, SolveConfig, solve_frames
 from ..takes.marker_model import marker_model
 from ..takes.stabilise import calm_frames, mean_cloud
 from ..transforms import Transform
-from .refine_attachment import SlideConfig, slide
+from .refine_attachment import RefineConfig, refine_attachment
 
 
 @dataclass(frozen=True)
-class AttachConfig:
+class CalibrateConfig:
     """How the markers are laid on the face."""
 
     align: AlignConfig = AlignConfig()
     identity: IdentityConfig = IdentityConfig()
-    slide: SlideConfig = SlideConfig()
+    refine: RefineConfig = RefineConfig()
     trial: SolveConfig = field(default_factory=lambda: SolveConfig(rounds=2, smoothness=0.0, outlier=np.inf))
     """The short solve by which alignments are told apart."""
     rest_doubt: float = 0.7
@@ -40,7 +40,7 @@ class AttachConfig:
 
 
 @dataclass(frozen=True)
-class Attached:
+class Calibration:
     """Markers on a person."""
 
     rig: Rig
@@ -55,21 +55,21 @@ class Attached:
     """The calm frame's markers in face space, mm: where they are when all weights are 0."""
     calm: int
     """The frame taken as resting."""
-    sureness: float
+    alignment_margin: float
     """0..1: 1 - (residual of this alignment / residual of the best different one); 0 is a coin's toss."""
-    runner_up_mm: float
+    second_best_mm: float
     """Residual of that other alignment, mm; inf where none was found."""
     residual_mm: float
     """rms residual of this one on the trial frames, mm."""
 
 
-def attach(
+def calibrate(
     positions: Float[np.ndarray, "frames markers 3"],
     face: BundledFace,
     metric: Float[np.ndarray, "3 3"] | None = None,
-    config: AttachConfig = AttachConfig(),
+    config: CalibrateConfig = CalibrateConfig(),
     progress: Progress = SILENT,
-) -> Attached:
+) -> Calibration:
     """Lay a stabilised take (head frame, mm, NaN = gap) on the bundled face with no hint of names or places.
 
     Geometry proposes, motion decides: alignments of the calm frame with the face's surface are ranked by how well
@@ -92,36 +92,36 @@ def attach(
         trials.append(_try(positions[frames], cloud, face, region, candidate.T_face_head, metric, config, brief))
         progress.update("trying alignments", number + 1, len(candidates))
     trials.sort(key=lambda trial: trial[0])
-    cost, other = trials[0][0], _runner_up(trials, cloud, config.align.distinct_mm)
+    cost, other = trials[0][0], _second_best(trials, cloud, config.align.distinct_mm)
     best = trials[0]
     calm = resting_frame(positions, calm_frames(positions), frames, face, best[1], metric, config)
     cloud = mean_cloud(positions, calm)
     best = _try(positions[frames], cloud, face, region, best[1].T_face_head, metric, config, config.identity)
     fit, solved = _refine(positions[frames], cloud, face, region, best, metric, config, progress)
     standoff = np.full(positions.shape[1], fit.standoff_mm)
-    sureness = 1.0 if np.isinf(other) else 1 - cost / other
+    alignment_margin = 1.0 if np.isinf(other) else 1 - cost / other
     residual = float(np.sqrt(np.nanmean(solved.residuals**2)))
-    return Attached(
+    return Calibration(
         rig=face.person(fit.coefficients),
         attachment=fit.attachment,
         standoff=standoff,
         T_face_head=fit.T_face_head,
         rest=fit.T_face_head.apply(cloud),
         calm=calm,
-        sureness=float(sureness),
-        runner_up_mm=other,
+        alignment_margin=float(alignment_margin),
+        second_best_mm=other,
         residual_mm=residual,
     )
 
 
-def attach_by_hand(
+def calibrate_by_hand(
     positions: Float[np.ndarray, "frames markers 3"],
     face: BundledFace,
     attachment: Attachment,
     metric: Float[np.ndarray, "3 3"] | None = None,
-    config: AttachConfig = AttachConfig(),
-) -> Attached:
-    """As `attach`, the places given: only person, pose and stand-off are found."""
+    config: CalibrateConfig = CalibrateConfig(),
+) -> Calibration:
+    """As `calibrate`, the places given: only person, pose and stand-off are found."""
     calm = calm_frames(positions)[0]
     cloud = mean_cloud(positions, calm)
     start = procrustes(cloud, surface_points(face.rig.neutral, attachment, config.identity.standoff_mm)).transform
@@ -129,15 +129,15 @@ def attach_by_hand(
     fit = fit_identity(cloud, face, attachment.faces, start, attachment, config=held)
     frames = np.linspace(0, len(positions) - 1, min(config.trial_frames, len(positions))).astype(int)
     solved = _solve(positions[frames], cloud, face.person(fit.coefficients), fit, metric, config.trial)
-    return Attached(
+    return Calibration(
         rig=face.person(fit.coefficients),
         attachment=attachment,
         standoff=np.full(positions.shape[1], fit.standoff_mm),
         T_face_head=fit.T_face_head,
         rest=fit.T_face_head.apply(cloud),
         calm=calm,
-        sureness=1.0,
-        runner_up_mm=np.inf,
+        alignment_margin=1.0,
+        second_best_mm=np.inf,
         residual_mm=float(np.sqrt(np.nanmean(solved.residuals**2))),
     )
 
@@ -167,7 +167,7 @@ def resting_frame(positions, calm: list[int], frames, face: BundledFace, fit: Id
     return calm[best] if costs[best] < config.rest_doubt * costs[0] else calm[0]
 
 
-def _runner_up(trials: list, cloud: np.ndarray, distinct_mm: float) -> float:
+def _second_best(trials: list, cloud: np.ndarray, distinct_mm: float) -> float:
     """Residual of the best trial that lays the markers elsewhere than the first does, mm."""
     places = [fit.T_face_head.apply(cloud) for _, fit, _ in trials]
     apart = [np.linalg.norm(place - places[0], axis=1).mean() for place in places]
@@ -179,8 +179,10 @@ def _refine(positions, cloud, face, region, trial, metric, config, progress) -> 
     _, fit, solved = trial
     for number in range(config.rounds):
         rig = face.person(fit.coefficients)
-        targets = solved.T_world_face.inverse().apply(positions)
-        held = slide(rig, fit, region, solved.weights, targets, solved.used, fit.T_face_head.apply(cloud), config.slide)
+        T_head_face = solved.T_lab_face
+        targets = T_head_face.inverse().apply(positions)
+        rest = fit.T_face_head.apply(cloud)
+        held = refine_attachment(rig, fit, region, solved.weights, targets, solved.used, rest, config.refine)
         firm = replace(config.identity, slide_mm=(2.0, 2.0), rounds=4)
         fit = fit_identity(cloud, face, region, fit.T_face_head, held, fit.coefficients, config=firm)
         solved = _solve(positions, cloud, face.person(fit.coefficients), fit, metric, config.trial)
@@ -193,10 +195,8 @@ def _solve(positions, cloud, rig, fit, metric, config) -> FrameSolve:
     """Solve the trial frames with the calm frame's own markers at rest: what identity misses is no expression."""
     model = marker_model(rig, fit.attachment, np.full(positions.shape[1], fit.standoff_mm))
     model = replace(model, rest=fit.T_face_head.apply(cloud))
-    back = fit.T_face_head.inverse()
-    t = len(positions)
-    T = Transform(np.repeat(back.rotation[None], t, axis=0), np.repeat(back.translation[None], t, axis=0))
-    return solve_frames(model, positions, T, 30.0, metric, config)
+    T_head_face = Transform.identity(len(positions)) @ fit.T_face_head.inverse()
+    return solve_frames(model, positions, T_head_face, 30.0, metric, config)
 
 
 def _lifted(mesh: Mesh, distance: float) -> Mesh:

@@ -1,4 +1,4 @@
-"""What the marker commands need from files: a face to solve on, and markers placed by hand."""
+"""What the marker commands need from files: a face to solve on, and markers read_placement by hand."""
 
 from pathlib import Path
 
@@ -12,14 +12,14 @@ from ..rig import Rig
 from .attachment_file import read_attachment
 
 
-def face_for(rig: Path | None) -> BundledFace:
+def read_face(rig: Path | None) -> BundledFace:
     """The bundled face, or a rig from a file treated as one: no identity space, every vertex of it skin."""
     if rig is None:
         return load_face()
-    return face_of(read_any_rig(rig))
+    return face_from_rig(read_any_rig(rig))
 
 
-def face_of(rig: Rig) -> BundledFace:
+def face_from_rig(rig: Rig) -> BundledFace:
     """A rig of one person as a face to solve on. With the bundled topology it keeps the bundled regions."""
     bundled = load_face()
     n = len(rig.neutral.vertices)
@@ -30,6 +30,6 @@ def face_of(rig: Rig) -> BundledFace:
     return BundledFace(rig, nobody, everything, {"skin": everything}, {"face": np.ones(n)}, {})
 
 
-def placed(path: Path | None, markers: Markers, face: BundledFace) -> Attachment | None:
+def read_placement(path: Path | None, markers: Markers, face: BundledFace) -> Attachment | None:
     """The attachment of `--attach`, or None."""
     return None if path is None else read_attachment(path, markers.labels, len(face.rig.neutral.faces))

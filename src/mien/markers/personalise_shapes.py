@@ -3,17 +3,16 @@
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
 from jaxtyping import Bool, Float, Int
-from scipy.sparse.linalg import splu
 
-from ..mesh import Attachment, Mesh, cotangent_laplacian, mass
+from ..mesh import Attachment, Mesh
+from ..register.interpolate import interpolate_from_points
 from ..rig import Rig
 from ..takes.marker_model import MarkerModel
 
 
 @dataclass(frozen=True)
-class AdaptConfig:
+class PersonaliseConfig:
     """How far the performer's shapes may differ from the rig's."""
 
     own_share: float = 0.4
@@ -26,8 +25,10 @@ class AdaptConfig:
     """What a marker may do besides, mm: jitter, and motion that no shape has."""
     independent_hz: float = 8.0
     """How many frames a second count as independent samples."""
-    reach_mm: float = 12.0
-    """How far a correction at a marker spreads over the skin, mm."""
+    reach_mm: float = 17.0
+    """A correction at a marker fades beyond about so far from it, mm."""
+    stiffness_mm2: float = 0.14
+    """How much of a correction's roughness between neighbouring markers is smoothed away, mm^2; 0: none."""
 
 
 def shape_corrections(
@@ -36,7 +37,7 @@ def shape_corrections(
     targets: Float[np.ndarray, "frames markers 3"],
     used: Bool[np.ndarray, "frames markers"],
     rate: float,
-    config: AdaptConfig = AdaptConfig(),
+    config: PersonaliseConfig = PersonaliseConfig(),
 ) -> tuple[Float[np.ndarray, "markers 3"], Float[np.ndarray, "shapes markers 3"]]:
     """Corrections to the neutral and to every shape at the markers, mm: ridge regression, marker by marker.
 
@@ -57,18 +58,18 @@ def shape_corrections(
     return corrections[0], corrections[1:]
 
 
-def adapt_rig(
+def personalise_shapes(
     rig: Rig,
     attachment: Attachment,
     neutral_correction: Float[np.ndarray, "markers 3"],
     shape_correction: Float[np.ndarray, "shapes markers 3"],
     S: Float[np.ndarray, "n markers"],
-    config: AdaptConfig = AdaptConfig(),
+    config: PersonaliseConfig = PersonaliseConfig(),
 ) -> Rig:
-    """The rig with corrections at the markers spread smoothly over the skin by `S` (see `spread`).
+    """The rig with corrections at the markers spread smoothly over the skin by `S` (see `spline`).
 
-    A shape's correction is spread as a share of how much the shape may vary there (see `AdaptConfig`): it fades where
-    the shape itself does not move.
+    A shape's correction is spread as a share of how much the shape may vary there (see `PersonaliseConfig`): it
+    fades where the shape itself does not move.
     """
     D = attachment.matrix(rig.neutral)
     neutral = rig.neutral.with_vertices(rig.neutral.vertices + S @ neutral_correction)
@@ -83,28 +84,14 @@ def adapt_rig(
     return rig.with_shapes(neutral, deltas)
 
 
-def spread(
-    mesh: Mesh, attachment: Attachment, skin: Int[np.ndarray, " k"], reach_mm: float
+def spline(
+    mesh: Mesh, attachment: Attachment, skin: Int[np.ndarray, " k"], config: PersonaliseConfig = PersonaliseConfig()
 ) -> Float[np.ndarray, "n markers"]:
-    """Smooth interpolation matrix S: values at the markers -> values at every vertex; zero off the skin and far away.
-
-    Minimises |u at markers - values|^2 + area-weighted |u|^2 / r^2 + r^2 |Laplacian u|^2 over the skin (a screened
-    biharmonic spline), so neighbours across a lip do not see each other through the air.
-    """
-    n = len(mesh.vertices)
-    L = cotangent_laplacian(mesh.vertices, mesh.faces)
-    area = np.maximum(mass(mesh.vertices, mesh.faces), 1e-6)
-    D = attachment.matrix(mesh)
-    markers = len(attachment.faces)
-    bend = L.T @ sp.diags(1.0 / area) @ L
-    r = reach_mm
-    A = (D.T @ D + 1e-3 * (r**2 * bend + sp.diags(area / r**2) / 4))[skin][:, skin]
-    S = np.zeros((n, markers))
-    S[skin] = splu(A.tocsc(), permc_spec="MMD_AT_PLUS_A").solve(np.ascontiguousarray(D.T.toarray()[skin]))
-    return S
+    """The spline S from values at the markers to every vertex, zero off the skin and far away."""
+    return interpolate_from_points(mesh, attachment, config.reach_mm, config.stiffness_mm2, skin)
 
 
-def _priors(model: MarkerModel, config: AdaptConfig) -> tuple[np.ndarray, np.ndarray]:
+def _priors(model: MarkerModel, config: PersonaliseConfig) -> tuple[np.ndarray, np.ndarray]:
     size = np.linalg.norm(model.shapes, axis=2)
     body = np.sqrt((size**2).mean(axis=1, keepdims=True))
     return np.array(config.neutral_mm), config.own_share * size + config.body_share * body

@@ -15,10 +15,10 @@ from ..takes.frame_solve import FrameSolve, SolveConfig, solve_frames
 from ..takes.gaps import GapConfig, fill_gaps
 from ..takes.marker_model import marker_model
 from ..takes.stabilise import StabiliseConfig, stabilise
-from ..takes.world import upright
+from ..takes.world import turn_y_up
 from ..transforms import Transform
-from .calibrate import AttachConfig, Attached, attach, attach_by_hand
-from .personalise_shapes import AdaptConfig, adapt_rig, shape_corrections, spread
+from .calibrate import CalibrateConfig, Calibration, calibrate, calibrate_by_hand
+from .personalise_shapes import PersonaliseConfig, personalise_shapes, shape_corrections, spline
 
 
 @dataclass(frozen=True)
@@ -28,10 +28,10 @@ class TakeConfig:
     stabilise: StabiliseConfig = StabiliseConfig()
     gaps: GapConfig = GapConfig()
     depth: DepthConfig = DepthConfig()
-    attach: AttachConfig = AttachConfig()
+    calibrate: CalibrateConfig = CalibrateConfig()
     solve: SolveConfig = SolveConfig()
-    adapt: AdaptConfig = AdaptConfig()
-    adapt_rounds: int = 3
+    personalise: PersonaliseConfig = PersonaliseConfig()
+    personalise_rounds: int = 3
     """Rounds of solving and bending the shapes to the performer; 0 keeps the bundled face's own shapes."""
 
 
@@ -40,7 +40,7 @@ class TakeSolve:
     """An animated face and what is known of how good it is."""
 
     performance: Performance
-    attached: Attached
+    calibration: Calibration
     """Where the markers sit, on the performance's rig."""
     T_lab_face: Transform
     """Head pose in the frame of the take's file; the performance's world has it turned to +Y up."""
@@ -68,53 +68,52 @@ def solve_take(
     positions = fill_gaps(stabilised.markers.positions, markers.rate, config.gaps)
     depth = depth_metric(markers.positions, config.depth)
     if attachment is None:
-        attached = attach(positions, face, depth.metric, config.attach, progress)
+        calibration = calibrate(positions, face, depth.metric, config.calibrate, progress)
     else:
-        attached = attach_by_hand(positions, face, attachment, depth.metric, config.attach)
-    T_head_face = attached.T_face_head.inverse()
-    T_world_face = stabilised.T_world_head @ Transform(
-        np.broadcast_to(T_head_face.rotation, (len(positions), 3, 3)),
-        np.broadcast_to(T_head_face.translation, (len(positions), 3)),
+        calibration = calibrate_by_hand(positions, face, attachment, depth.metric, config.calibrate)
+    T_lab_face = stabilised.T_lab_head @ calibration.T_face_head.inverse()
+    lab = stabilised.T_lab_head.apply(positions)
+    metric = depth.in_face_space(T_lab_face)
+    calibration, solved = _solve_and_personalise(
+        lab, T_lab_face, markers.rate, calibration, face, metric, config, progress
     )
-    lab = stabilised.T_world_head.apply(positions)
-    metric = depth.in_face_space(T_world_face)
-    attached, solved = _solve_and_adapt(lab, T_world_face, markers.rate, attached, face, metric, config, progress)
     performance = Performance(
-        rig=attached.rig,
+        rig=calibration.rig,
         weights=solved.weights,
-        T_world_face=upright(solved.T_world_face),
+        T_world_face=turn_y_up(solved.T_lab_face),
         rate=markers.rate,
         tracked=solved.tracked,
     )
     return TakeSolve(
-        performance, attached, solved.T_world_face, solved.residuals, solved.used, depth_known=depth.known
+        performance, calibration, solved.T_lab_face, solved.residuals, solved.used, depth_known=depth.known
     )
 
 
-def _solve_and_adapt(
-    lab, T_world_face, rate, attached: Attached, face: BundledFace, metric, config: TakeConfig, progress: Progress
-) -> tuple[Attached, FrameSolve]:
+def _solve_and_personalise(
+    lab, T_lab_face, rate, calibration: Calibration, face: BundledFace, metric, config: TakeConfig, progress: Progress
+) -> tuple[Calibration, FrameSolve]:
     """Solve every frame, bend the shapes by what is left, and again."""
-    S = spread(attached.rig.neutral, attached.attachment, face.parts["skin"], config.adapt.reach_mm)
-    attached = replace(attached, rig=_settled(attached, face, S))
-    rounds, solving, warm = config.adapt_rounds, config.solve, None
+    S = spline(calibration.rig.neutral, calibration.attachment, face.parts["skin"], config.personalise)
+    calibration = replace(calibration, rig=fit_neutral_to_markers(calibration, face, S))
+    rounds, solving, warm = config.personalise_rounds, config.solve, None
     for number in range(rounds + 1):
-        model = marker_model(attached.rig, attached.attachment, attached.standoff)
-        solved = solve_frames(model, lab, T_world_face, rate, metric, solving, warm)
+        model = marker_model(calibration.rig, calibration.attachment, calibration.standoff)
+        solved = solve_frames(model, lab, T_lab_face, rate, metric, solving, warm)
         progress.update("solving frames", number + 1, rounds + 1)
         if number == rounds:
             break
-        T_world_face, warm, solving = solved.T_world_face, solved.weights, replace(config.solve, rounds=2)
-        targets = T_world_face.inverse().apply(lab)
+        T_lab_face, warm, solving = solved.T_lab_face, solved.weights, replace(config.solve, rounds=2)
+        targets = T_lab_face.inverse().apply(lab)
         used = solved.used & solved.tracked[:, None]
-        neutral, shapes = shape_corrections(model, solved.weights, targets, used, rate, config.adapt)
-        attached = replace(attached, rig=adapt_rig(attached.rig, attached.attachment, neutral, shapes, S, config.adapt))
-    return attached, solved
+        neutral, shapes = shape_corrections(model, solved.weights, targets, used, rate, config.personalise)
+        bent = personalise_shapes(calibration.rig, calibration.attachment, neutral, shapes, S, config.personalise)
+        calibration = replace(calibration, rig=bent)
+    return calibration, solved
 
 
-def _settled(attached: Attached, face: BundledFace, S: np.ndarray) -> Rig:
+def fit_neutral_to_markers(calibration: Calibration, face: BundledFace, S: np.ndarray) -> Rig:
     """The person with the calm frame's markers met by the neutral face, so that no expression has to."""
-    model = marker_model(attached.rig, attached.attachment, attached.standoff)
-    neutral = attached.rig.neutral
-    vertices = neutral.vertices + S @ (attached.rest - model.rest)
-    return attached.rig.with_shapes(neutral.with_vertices(vertices), face.fitted_deltas(vertices))
+    model = marker_model(calibration.rig, calibration.attachment, calibration.standoff)
+    neutral = calibration.rig.neutral
+    vertices = neutral.vertices + S @ (calibration.rest - model.rest)
+    return calibration.rig.with_shapes(neutral.with_vertices(vertices), face.fitted_deltas(vertices))

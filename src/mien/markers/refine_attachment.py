@@ -11,7 +11,7 @@ from ..rig import Rig
 
 
 @dataclass(frozen=True)
-class SlideConfig:
+class RefineConfig:
     """What a place on the skin is judged by."""
 
     radius_mm: float = 9.0
@@ -24,7 +24,7 @@ class SlideConfig:
     """... and of that along the normal."""
 
 
-def slide(
+def refine_attachment(
     rig: Rig,
     fit: IdentityFit,
     region: np.ndarray,
@@ -32,7 +32,7 @@ def slide(
     targets: Float[np.ndarray, "frames markers 3"],
     used: Bool[np.ndarray, "frames markers"],
     rest: Float[np.ndarray, "markers 3"],
-    config: SlideConfig = SlideConfig(),
+    config: RefineConfig = RefineConfig(),
 ) -> Attachment:
     """The best place within reach for every marker, over all frames (`targets`, and `rest` of the calm frame, in face
     space, mm).

@@ -68,7 +68,7 @@ def with_dots(
 def take_report(
     name: str, solved: TakeSolve, markers: Markers, picture: UInt8[np.ndarray, "h w 3"], notes: Sequence[str] = ()
 ) -> Report:
-    """The report of `mien solve`: picture, sureness, residuals by marker and over time, the weights that moved."""
+    """The report of `mien solve`: picture, figures, residuals by marker and over time, the weights that moved."""
     performance, residuals = solved.performance, solved.residuals
     report = Report(f"{name}: markers to an animated face", _lead(solved, markers))
     report.figure(picture, "Frames that differ most. Dots are the recorded markers, seen in the head's frame.")
@@ -99,16 +99,16 @@ def _lead(solved: TakeSolve, markers: Markers) -> str:
 
 
 def _figures(solved: TakeSolve, markers: Markers) -> list[tuple[str, str]]:
-    attached, residuals = solved.attached, solved.residuals
+    calibration, residuals = solved.calibration, solved.residuals
     seen = markers.seen
-    runner_up = "none found" if np.isinf(attached.runner_up_mm) else f"{attached.runner_up_mm:.2f} mm"
+    second_best = "none found" if np.isinf(calibration.second_best_mm) else f"{calibration.second_best_mm:.2f} mm"
     return [
         ("mean residual", f"{np.nanmean(residuals):.3f} mm"),
         ("95th percentile", f"{np.nanpercentile(residuals, 95):.3f} mm"),
-        ("sureness of the alignment (0 to 1)", f"{attached.sureness:.2f}"),
-        ("residual of the best other alignment", runner_up),
-        ("calm frame", f"{attached.calm}"),
-        ("markers' distance from the skin", f"{attached.standoff.mean():.1f} mm"),
+        ("margin over the best other alignment (0 to 1)", f"{calibration.alignment_margin:.2f}"),
+        ("residual of the best other alignment", second_best),
+        ("calm frame", f"{calibration.calm}"),
+        ("markers' distance from the skin", f"{calibration.standoff.mean():.1f} mm"),
         ("samples seen", f"{100 * seen.mean():.1f} %"),
         ("samples left out as outliers", f"{int((seen & ~solved.used & solved.performance.tracked[:, None]).sum())}"),
         ("frames tracked", f"{int(solved.performance.tracked.sum())} of {len(seen)}"),
@@ -123,7 +123,7 @@ def _doubts(solved: TakeSolve) -> list[str]:
             "single camera's does. It counted for a hundredth of the other directions; protrusion (pucker, jaw "
             "forward) and nods are therefore guesses."
         )
-    if solved.attached.sureness < 0.15:
+    if solved.calibration.alignment_margin < 0.15:
         doubts.append(
             "Another alignment of the markers explains the take almost as well. Look at the dots in the picture; "
             "--attach places the markers by hand."

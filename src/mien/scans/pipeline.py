@@ -16,7 +16,7 @@ from ..mesh import Attachment, Scan
 from ..progress import SILENT, Progress
 from ..register import Surface
 from ..step_cache import StepCache
-from ..takes.preprocess import PrepareConfig, prepare
+from ..takes.preprocess import PreprocessConfig, preprocess_take
 from . import large_scale
 from .fine_scale import FineConfig, FineResult, register_fine
 from .fitted_scan import fit_scan, fit_template
@@ -47,7 +47,7 @@ class ScansConfig:
     """Rounds of subdivision of the bundled topology: 1 is 15,000 vertices of skin, 2 is 60,000."""
     strict: bool = False
     """Stop at a scan that cannot be used, instead of going on without it."""
-    prepare: PrepareConfig = PrepareConfig()
+    preprocess: PreprocessConfig = PreprocessConfig()
     fit: RegisterConfig = field(default_factory=RegisterConfig)
     """How the bundled face is laid on each scan by itself; the `density` above counts."""
     on_scan: MarkerRegistrationConfig = field(default_factory=MarkerRegistrationConfig)
@@ -138,7 +138,7 @@ def see_from_head(
     inputs = [{"scan": scan, "frame": frame, "config": config.fit} for scan, frame in zip(scans, frames, strict=True)]
     fitted, out = kept(cached.each("the face in every scan", fit_scan, inputs), config.strict)
     enough(len(fitted), 2, out)
-    take = take_in_head(prepare(markers, config.prepare), fitted, config.strict)
+    take = take_in_head(preprocess_take(markers, config.preprocess), fitted, config.strict)
     enough(len(take.scans), 2, out + take.left_out)
     return take.only(range(len(take.scans)), out)
 

@@ -23,7 +23,7 @@ from ..takes.frame_solve import normal_equations, without_pose
 from ..takes.gaps import GapConfig, fill_gaps
 from ..takes.marker_model import MarkerModel, normals_at
 from ..takes.stabilise import StabiliseConfig, calm_frames, hold, last_tracked, mean_cloud, stabilise
-from ..takes.world import upright
+from ..takes.world import turn_y_up
 from ..transforms import Transform, rotation_from_vector
 from .scan_rig import ScanRig
 
@@ -123,8 +123,8 @@ def solve_on_scans(
     positions = smoothed(positions, round(config.smooth_s * chosen.rate))
     calm = mean_cloud(positions, calm_frames(positions)[0])
     expressions, on_skin = scan_rig.expressions[:, in_rig], scan_rig.on_skin[in_rig]
-    start = stabilised.T_world_head @ _repeated(procrustes(expressions[0], calm).transform, len(positions))
-    solved = solve_weights(expressions, stabilised.T_world_head.apply(positions), start, config)
+    start = stabilised.T_lab_head @ _repeated(procrustes(expressions[0], calm).transform, len(positions))
+    solved = solve_weights(expressions, stabilised.T_lab_head.apply(positions), start, config)
     progress.update("solving frames", 1, 3)
     found = correctives(scan_rig, in_rig[on_skin], solved.missing[:, on_skin], config)
     progress.update("solving frames", 2, 3)
@@ -136,7 +136,7 @@ def solve_on_scans(
     left[:, on_skin] -= found.explained
     mixed, residuals = (np.where(seen, np.linalg.norm(m, axis=2), np.nan) for m in (solved.missing, left))
     progress.update("solving frames", 3, 3)
-    performance = Performance(whole, weights, upright(pose), markers.rate, solved.tracked)
+    performance = Performance(whole, weights, turn_y_up(pose), markers.rate, solved.tracked)
     return ScanSolve(performance, pose, mixed, residuals, chosen.labels)
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ..takes.preprocess import PreparedTake
+from ..takes.preprocess import PreprocessedTake
 from ..takes.stabilise import calm_frames, mean_cloud
 from .fitted_scan import FittedScan
 from .left_out import LeftOut, enough, kept
@@ -32,7 +32,7 @@ class TakeInHead:
         return TakeInHead(self.labels, scans, self.expressions[list(rows)], self.left_out + left_out)
 
 
-def take_in_head(take: PreparedTake, scans: Sequence[FittedScan], strict: bool = False) -> TakeInHead:
+def take_in_head(take: PreprocessedTake, scans: Sequence[FittedScan], strict: bool = False) -> TakeInHead:
     """Scans whose frames the take shows, with their markers.
 
     Raises:
@@ -45,7 +45,7 @@ def take_in_head(take: PreparedTake, scans: Sequence[FittedScan], strict: bool =
     return TakeInHead(take.markers.labels, tuple(ordered), expressions, out)
 
 
-def _in_take(take: PreparedTake, scan: FittedScan) -> FittedScan | LeftOut:
+def _in_take(take: PreprocessedTake, scan: FittedScan) -> FittedScan | LeftOut:
     if scan.frame in take.analysed:
         return scan
     return LeftOut(
@@ -55,7 +55,7 @@ def _in_take(take: PreparedTake, scan: FittedScan) -> FittedScan | LeftOut:
     )
 
 
-def neutral_first(take: PreparedTake, scans: Sequence[FittedScan]) -> list[FittedScan]:
+def neutral_first(take: PreprocessedTake, scans: Sequence[FittedScan]) -> list[FittedScan]:
     """Scans with the one closest to the take's calm face in front, of those in which a face was found if any was."""
     calm = mean_cloud(take.positions, calm_frames(take.positions)[0])
     frames = [scan.frame for scan in scans]

@@ -29,9 +29,9 @@ class DepthMetric:
     share: float
     """The figure it was judged by: median unexplained share of the depth motion."""
 
-    def in_face_space(self, T_world_face: Transform) -> Float[np.ndarray, "3 3"]:
+    def in_face_space(self, T_lab_face: Transform) -> Float[np.ndarray, "3 3"]:
         """The metric turned into face space, by the take's mean head pose."""
-        u, _, vt = np.linalg.svd(T_world_face.rotation.mean(axis=0))
+        u, _, vt = np.linalg.svd(T_lab_face.rotation.mean(axis=0))
         R = u @ vt
         return R.T @ self.metric @ R
 

@@ -45,7 +45,7 @@ class FrameSolve:
 
     weights: Float[np.ndarray, "frames shapes"]
     """In 0..1."""
-    T_world_face: Transform
+    T_lab_face: Transform
     """Head pose, one a frame."""
     residuals: Float[np.ndarray, "frames markers"]
     """Distance from marker to model, mm; NaN where the marker was not seen."""
@@ -60,7 +60,7 @@ class FrameSolve:
 def solve_frames(
     model: MarkerModel,
     positions: Float[np.ndarray, "frames markers 3"],
-    T_world_face: Transform,
+    T_lab_face: Transform,
     rate: float,
     metric: Float[np.ndarray, "3 3"] | None = None,
     config: SolveConfig = SolveConfig(),
@@ -73,14 +73,14 @@ def solve_frames(
 
     Args:
         positions: lab frame, mm; NaN where not seen.
-        T_world_face: start; `mien.takes.stabilise` gives a good one.
+        T_lab_face: start; `mien.takes.stabilise` gives a good one.
         metric: M, in face space; identity unless the take knows less about one direction than the others.
         warm: weights to start from; saves time, changes nothing.
     """
     M = np.eye(3) if metric is None else metric
     seen = visible(positions)
     tracked = seen.sum(axis=1) >= config.fewest
-    T = hold(T_world_face, tracked)
+    T = hold(T_lab_face, tracked)
     used = seen & tracked[:, None]
     weights = np.zeros((len(positions), len(model.shapes))) if warm is None else warm
     residuals, converged = np.full(seen.shape, np.nan), True

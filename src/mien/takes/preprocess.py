@@ -12,7 +12,7 @@ from .stabilise import StabiliseConfig, Stabilised, stabilise
 
 
 @dataclass(frozen=True)
-class PrepareConfig:
+class PreprocessConfig:
     """How a take is made ready."""
 
     stabilise: StabiliseConfig = StabiliseConfig()
@@ -23,7 +23,7 @@ class PrepareConfig:
 
 
 @dataclass(frozen=True)
-class PreparedTake:
+class PreprocessedTake:
     """A take seen from its head."""
 
     markers: Markers
@@ -38,7 +38,7 @@ class PreparedTake:
     """Markers that were seen too seldom."""
 
 
-def prepare(markers: Markers, config: PrepareConfig = PrepareConfig()) -> PreparedTake:
+def preprocess_take(markers: Markers, config: PreprocessConfig = PreprocessConfig()) -> PreprocessedTake:
     """Take out the head's motion and fill gaps.
 
     Raises:
@@ -62,4 +62,4 @@ def prepare(markers: Markers, config: PrepareConfig = PrepareConfig()) -> Prepar
     if len(analysed) < 2:
         raise BadInput(f"only {len(analysed)} frame(s) show {config.least_seen:.0%} of the markers; 2 are needed")
     missed = tuple(np.array(markers.labels)[~often].tolist())
-    return PreparedTake(kept, stabilised, filled, analysed, missed)
+    return PreprocessedTake(kept, stabilised, filled, analysed, missed)

@@ -29,7 +29,7 @@ class Stabilised:
 
     markers: Markers
     """Positions in the head frame: face motion alone."""
-    T_world_head: Transform
+    T_lab_head: Transform
     """Head pose, one a frame; frames with fewer than three markers hold the last one."""
     weights: Float[np.ndarray, " markers"]
     """How much each marker told of the head, 0..1: 1 is as still as the stillest."""

@@ -5,7 +5,7 @@ import numpy as np
 from ..transforms import Transform
 
 
-def upright(T_lab_face: Transform) -> Transform:
+def turn_y_up(T_lab_face: Transform) -> Transform:
     """Head poses with the lab turned by quarter turns so that its up axis is +Y: T_lab_face -> T_world_face.
 
     The up axis is the lab axis nearest to the mean direction of the top of the head. A lab that is +Y up already

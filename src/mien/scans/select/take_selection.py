@@ -11,7 +11,7 @@ from ...clip import Markers
 from ...errors import BadInput
 from ...files import existing, whole
 from ...progress import SILENT, Progress
-from ...takes.preprocess import PrepareConfig, prepare
+from ...takes.preprocess import PreprocessConfig, preprocess_take
 from .marker_reduction import MarkerStudy
 from .select_frames import SelectConfig, Selection, select_frames
 
@@ -20,7 +20,7 @@ from .select_frames import SelectConfig, Selection, select_frames
 class SelectTakeConfig:
     """Everything that `mien select` may be told."""
 
-    prepare: PrepareConfig = PrepareConfig()
+    preprocess: PreprocessConfig = PreprocessConfig()
     select: SelectConfig = SelectConfig()
 
 
@@ -53,7 +53,7 @@ def select_take(
     Raises:
         BadInput: too little of the take was seen.
     """
-    take = prepare(markers, config.prepare)
+    take = preprocess_take(markers, config.preprocess)
     analysed, filled = take.analysed, take.positions
     selection = select_frames(filled[analysed], config.select, progress)
     selection = replace(selection, frames=analysed[selection.frames])
