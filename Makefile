@@ -3,27 +3,35 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
+MODEL  := $(VENV)/.landmarks
 EXTRAS ?= all
 
 # The compiled loops have threads of their own; BLAS threads beside them only get in the way.
 export OPENBLAS_NUM_THREADS ?= 1
 
-.PHONY: demo test lint bench clean setup
+.PHONY: demo test lint bench clean setup house mutants
 
 demo: $(STAMP)
 	$(BIN)/mien demo markers
 
-test: $(STAMP) lint
+test: setup lint
 	$(BIN)/python -m pytest -n 2 --dist loadfile
 
 lint: $(STAMP)
 	$(BIN)/ruff check src tests tools benchmarks
 	$(BIN)/pyright
 
-bench: $(STAMP)
+bench: setup
 	@for b in benchmarks/[a-z]*.py; do echo "== $$b"; $(BIN)/python $$b || exit 1; done
 
-setup: $(STAMP)
+setup: $(STAMP) $(MODEL)
+
+house: $(STAMP)
+	$(BIN)/python tools/house.py
+
+# Switches every named step off, one by one, and lists what no test misses: an hour, or STEPS=tracking for a part.
+mutants: setup
+	$(BIN)/python tools/mutants.py $(STEPS)
 
 $(STAMP): pyproject.toml
 	@if command -v uv >/dev/null 2>&1; then \
@@ -34,6 +42,11 @@ $(STAMP): pyproject.toml
 	  $(BIN)/python -m pip install -q --disable-pip-version-check -e '.[$(EXTRAS),dev]'; \
 	fi
 	@touch $@
+
+# The landmark model, once. Without a network all goes on, and is tried again the next time.
+$(MODEL): $(STAMP)
+	@if $(BIN)/mien fetch landmarks; then touch $@; else \
+	  echo "set-up goes on: what finds faces in pictures stops with the line above until that is mended"; fi
 
 clean:
 	rm -rf $(VENV) demo build dist

@@ -1,17 +1,18 @@
-"""Whether the face landmarker's model is at hand; tests that need it skip where it is not."""
+"""Whether the face landmarker can work here (model, MediaPipe, libGL); tests that need it skip where it cannot."""
 
 import pytest
 
 from mien.errors import BadInput
-from mien.landmarks.model_file import model_path
+from mien.landmarks.detector import require_landmarker
 
 
-def has_model() -> bool:
+def why_not() -> str:
+    """The line that says what is missing; nothing where nothing is."""
     try:
-        model_path()
-    except BadInput:
-        return False
-    return True
+        require_landmarker()
+    except BadInput as error:
+        return str(error)
+    return ""
 
 
-needs_model = pytest.mark.skipif(not has_model(), reason="no face model: run `mien fetch landmarks`")
+needs_model = pytest.mark.skipif(bool(why_not()), reason=why_not())

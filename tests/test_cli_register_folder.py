@@ -16,7 +16,8 @@ from mien.scans.pipeline import ScansConfig
 from scan_stage import FRAMES, scan_stage
 
 
-def test_the_command_tells_what_is_wrong(tmp_path):
+def test_the_command_tells_what_is_wrong(tmp_path, monkeypatch):
+    monkeypatch.setattr("mien.cli.register.require_landmarker", lambda: None)
     _, take, _, scans = scan_stage()
     folder = tmp_path / "scans"
     folder.mkdir()

@@ -173,6 +173,7 @@ def shell(tmp_path, monkeypatch, capsys):
     write_rig(tmp_path / "rig.glb", stage.person())
     stage.landmarks().save(beside(tmp_path / "rig.glb"))
     told = dict(landmarker.answers)
+    monkeypatch.setattr("mien.cli.track.require_landmarker", lambda: None)
     monkeypatch.setattr("mien.tracking.pipeline.FaceLandmarker", lambda mode: stage.Told(told))
 
     def call(*words: str, rig: str = "rig.glb") -> str:

