@@ -1,6 +1,6 @@
 """Marker takes of the synthetic stage, solved and scored against the truth; prints a table and writes JSON.
 
-    python benchmarks/solve.py [--json out.json] [--seeds 501 502] [--markers 100 30]
+    python benchmarks/solve.py [--json out.json] [--seeds 501 502] [--markers 100 30] [--kind stranger|bent]
 """
 
 import argparse
@@ -12,16 +12,19 @@ import numpy as np
 
 from mien.faces import load_face
 from mien.markers.pipeline import solve_take
-from mien.stage import make_performer, marker_layout, perform, score_performance, scripted
+from mien.stage import STRANGER, PerformerConfig, make_performer, marker_layout, perform, score_performance, scripted
 from mien.stage.seeds import REPORTING_SEEDS
 from mien.takes.frame_solve import solve_frames
 from mien.takes.marker_model import marker_model
 from mien.takes.stabilise import stabilise
 
+KINDS = {"stranger": STRANGER, "bent": PerformerConfig()}
+"""Moved by muscles of their own, or by the bundled shapes bent."""
 
-def solve_one(seed: int, markers: int, seconds: float, rate: float) -> dict:
+
+def solve_one(seed: int, markers: int, seconds: float, rate: float, kind: str) -> dict:
     """One performer, one take, one row of figures."""
-    performer = make_performer(seed)
+    performer = make_performer(seed, KINDS[kind])
     script = scripted(rate, seconds)
     take = perform(performer, script.weights, rate, marker_layout(performer, markers), seed=seed)
     begin = time.perf_counter()
@@ -30,6 +33,7 @@ def solve_one(seed: int, markers: int, seconds: float, rate: float) -> dict:
     score = score_performance(solved.performance, take.truth)
     strongest = score.strongest
     return {
+        "kind": kind,
         "seed": seed,
         "markers": markers,
         "frames": len(script.weights),
@@ -41,6 +45,8 @@ def solve_one(seed: int, markers: int, seconds: float, rate: float) -> dict:
         "ratio": float(score.ratio),
         "ratio_strongest": float(score.expression[strongest].mean() / score.frozen[strongest].mean()),
         "alignment_margin": solved.calibration.alignment_margin,
+        "weights_mae": float(np.abs(solved.performance.weights - script.weights).mean()),
+        "zeros_mae": float(script.weights.mean()),
         "whole_s": whole_s,
         "frames_per_s": frame_rate(solved, take.markers),
     }
@@ -65,10 +71,12 @@ def main() -> None:
     parser.add_argument("--json", default=None)
     parser.add_argument("--seeds", type=int, nargs="+", default=list(REPORTING_SEEDS))
     parser.add_argument("--markers", type=int, nargs="+", default=[100, 30])
+    parser.add_argument("--kind", choices=list(KINDS), default="stranger")
     parser.add_argument("--seconds", type=float, default=30.0)
     parser.add_argument("--rate", type=float, default=60.0)
     options = parser.parse_args()
-    rows = [solve_one(s, m, options.seconds, options.rate) for m in options.markers for s in options.seeds]
+    settings = (options.seconds, options.rate, options.kind)
+    rows = [solve_one(s, m, *settings) for m in options.markers for s in options.seeds]
     names = list(rows[0])
     widths = [max(len(n), 8) for n in names]
     print("  ".join(n.rjust(w) for n, w in zip(names, widths, strict=True)))

@@ -10,6 +10,7 @@ from mien.depth import unproject
 from mien.errors import BadInput
 from mien.mesh import Mesh, closest_point
 from mien.stage import FilmConfig, HeadMotion, film, make_performer, random_performance, structured_light
+from mien.stage.sensors.film import bent
 
 SENSOR = replace(structured_light(), camera=Camera(145.0, 145.0, 79.5, 59.5, 160, 120))
 PERFECT = replace(
@@ -108,3 +109,53 @@ def test_impossible_stages_are_refused(performer, weights):
         film(performer, weights[:, :-1])
     with pytest.raises(BadInput, match="distance"):
         film(performer, weights, config=FilmConfig(distance=300.0))
+
+
+def test_late_depth_is_an_earlier_moments(performer, weights):
+    head = HeadMotion(rotation=0.3, translation=40.0, seconds=0.3)
+    plain, late = (
+        list(film(performer, weights[:6], config=FilmConfig(sensor=PERFECT, head=head, depth_late=by)).take)
+        for by in (0.0, 1 / 30)
+    )
+    np.testing.assert_allclose(late[4].depth, plain[3].depth, atol=1e-3)
+    np.testing.assert_array_equal(late[4].color, plain[4].color)
+
+
+def test_an_open_shutter_blurs_what_moves_and_nothing_else(performer, weights):
+    moving, still = HeadMotion(rotation=0.4, translation=60.0, seconds=0.25), HeadMotion(rotation=0.0, translation=0.0)
+    shots = {}
+    for name, head in (("moving", moving), ("still", still)):
+        for shutter in (0.0, 0.033):
+            config = FilmConfig(sensor=PERFECT, head=head, shutter=shutter, colour_noise=0.0)
+            frames = list(film(performer, np.zeros((4, 52)), config=config).take)
+            shots[name, shutter] = frames[3].color.astype(float)
+    still_change, moving_change = (
+        np.abs(shots[name, 0.033] - shots[name, 0.0]).mean() for name in ("still", "moving")
+    )
+    assert still_change < 0.1
+    assert moving_change > 2.0
+
+
+def test_a_lens_bends_by_browns_formula():
+    camera, k1 = PERFECT.camera, -0.2
+    image = np.zeros((camera.height, camera.width))
+    row, column = 20, 30
+    image[row - 1 : row + 2, column - 1 : column + 2] = 1.0
+    x, y = (column - camera.cx) / camera.fx, (row - camera.cy) / camera.fy
+    factor = 1 + k1 * (x * x + y * y)
+    found = np.argwhere(bent(image, camera, k1) > 0).mean(axis=0)
+    expected = [camera.fy * y * factor + camera.cy, camera.fx * x * factor + camera.cx]
+    np.testing.assert_allclose(found, expected, atol=0.8)
+    np.testing.assert_array_equal(bent(image, camera, 0.0), image)
+
+
+def test_what_is_worn_is_seen(performer, weights):
+    still = HeadMotion(rotation=0.0, translation=0.0)
+    bare, worn = (
+        next(iter(film(performer, weights[:1], config=FilmConfig(sensor=PERFECT, head=still, worn=kinds)).take))
+        for kinds in ((), ("glasses", "beard", "hair"))
+    )
+    changed = np.abs(worn.color.astype(int) - bare.color).max(axis=2) > 40
+    assert changed.mean() > 0.01
+    nearer = bare.depth - worn.depth
+    assert (nearer[changed] > 1.0).mean() > 0.3

@@ -6,7 +6,7 @@ import pytest
 from mien.errors import BadInput
 from mien.io.markers import read_markers, write_c3d
 from mien.stage import HeadMotion, MocapConfig, make_performer, marker_layout, perform, random_performance
-from mien.stage.sensors.mocap import bursts, head_motion
+from mien.stage.sensors.mocap import HARD_MOCAP, bursts, head_motion
 from mien.transforms import vector_from_rotation
 
 CLEAN = MocapConfig(jitter=0.0, dropouts=0.0, standoff=(0.0, 0.0), standoff_sd=0.0)
@@ -125,3 +125,24 @@ def test_wrong_widths_and_counts_are_refused(performer):
         perform(performer, np.zeros((5, 51)), 60.0, marker_layout(performer, 16))
     with pytest.raises(BadInput, match="count"):
         marker_layout(performer, 3)
+
+
+def test_unlabelled_trajectories_come_and_go_off_the_markers(performer):
+    layout = marker_layout(performer, 16)
+    take = perform(performer, np.zeros((300, 52)), 60.0, layout, MocapConfig(dropouts=0.0, unlabelled=4))
+    assert take.markers.labels[16:] == ("*1", "*2", "*3", "*4")
+    strays = take.markers.positions[:, 16:]
+    seen = ~np.isnan(strays).any(axis=2)
+    assert (seen.any(axis=0) & ~seen.all(axis=0)).all()
+    nearest = np.linalg.norm(strays[:, :, None] - take.truth.clean[:, None], axis=3).min(axis=2)
+    assert np.nanmax(nearest) > 10
+    plain = perform(performer, np.zeros((300, 52)), 60.0, layout, MocapConfig(dropouts=0.0))
+    np.testing.assert_array_equal(take.markers.positions[:, :16], plain.markers.positions)
+
+
+def test_a_hard_take_has_every_fault(performer):
+    take = perform(performer, np.zeros((600, 52)), 60.0, marker_layout(performer, 30), HARD_MOCAP)
+    off = np.linalg.norm(take.markers.positions[:, :30] - take.truth.clean, axis=2)
+    assert np.nanmax(off) > 10
+    assert (np.isnan(off).mean(axis=0) > 0.2).sum() >= 2
+    assert take.markers.labels[-1] == "*3"

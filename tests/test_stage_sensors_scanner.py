@@ -1,5 +1,7 @@
 """Scans: exactly on the skin but for the noise asked for, in a topology and a frame of their own, truth kept."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -102,3 +104,17 @@ def test_what_cannot_be_scanned_is_refused(skin, smile):
         scan(skin, smile[:-1])
     with pytest.raises(BadInput, match="vertices"):
         scan(skin, smile, ScanConfig(vertices=3))
+
+
+def test_a_beard_lifts_the_scan_and_noise_differs_between_scans(skin, smile):
+    bearded = scan(skin, smile, replace(EXACT, beard=5.0))
+    off = np.linalg.norm(bearded.scan.mesh.vertices - bearded.truth.points(bearded.truth.material), axis=1)
+    assert off.max() > 2.0
+    assert np.median(off) < 1e-3
+    noisy = replace(EXACT, noise=0.1, noise_varies=0.5)
+    sizes = []
+    for seed in (1, 2, 3):
+        staged = scan(skin, smile, noisy, seed=seed)
+        true = staged.truth.points(staged.truth.material)
+        sizes.append(np.linalg.norm(staged.scan.mesh.vertices - true, axis=1).std())
+    assert max(sizes) > 1.2 * min(sizes)

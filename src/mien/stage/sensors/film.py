@@ -14,7 +14,7 @@ from ...mesh import Mesh, face_normals
 from ...pictures.raycast import DepthImage, depth_image
 from ...pictures.render import Look, Renderer
 from ...pictures.show import side_by_side
-from ...transforms import Transform, rotation_from_vector
+from ...transforms import Transform, rotation_from_vector, vector_from_rotation
 from ..people.performer import Performer
 from ..people.skin import Skin
 from ..script.script import minimum_jerk
@@ -22,6 +22,7 @@ from ..truth import Truth
 from .depth_sensor import DepthSensor, Seen, cut_noise, record, structured_light
 from .mocap import HeadMotion, head_motion
 from .occluders import hand, join, shoulders
+from .worn import Kind, wear
 
 LIGHT = Look(supersample=2, occlusion=0, background=((0.47, 0.46, 0.44), (0.36, 0.36, 0.36)))
 
@@ -43,8 +44,24 @@ class FilmConfig:
     """(when, how long) a hand is held before the face, seconds."""
     absences: tuple[tuple[float, float], ...] = ()
     """(when, how long) the head is out of the picture, seconds; it takes 0.4 s either way."""
+    depth_late: float = 0.0
+    """Depth shows what was so long before its colour image, seconds. 0: together."""
+    shutter: float = 0.0
+    """How long a colour image is exposed, seconds: what moves meanwhile is blurred. 0: an instant."""
+    distortion: float = 0.0
+    """The lens's radial k1 that the camera's numbers know nothing of, for colour and depth. 0: none."""
+    worn: tuple[Kind, ...] = ()
+    """What is worn: "hair" over the forehead, a "beard", "glasses"."""
     look: Look = LIGHT
     """The light."""
+
+
+HARD_FILM = FilmConfig(
+    depth_late=0.012, shutter=0.012, distortion=-0.02, colour_noise=4.0, worn=("hair",), occlusions=((2.0, 0.4),)
+)
+"""A film as a webcam with a depth sensor gives it at home. Play a `Skin`: bare performers have no pores or wrinkles."""
+BLUR_SAMPLES = 3
+"""Moments that a blurred image is the mean of."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +110,8 @@ class _Stage:
         low = float(neck[:, 1].min())
         self._body = shoulders(np.array([0.0, low + 12, neck[neck[:, 1] < low + 8, 2].mean()]))
         self._hand = hand()
-        self._scene = join([actor.neutral, self._body, self._hand])
+        self._worn = [wear(actor, kind, seed) for kind in config.worn]
+        self._scene = join([actor.neutral, self._body, self._hand, *(w.mesh for w in self._worn)])
         self._renderer = Renderer(self._scene, config.look)
         assert self._scene.colors is not None
         self._brightness = self._scene.colors[self._scene.faces[:, 0]].mean(axis=1)
@@ -105,24 +123,49 @@ class _Stage:
     def frame(self, i: int) -> RGBDFrame:
         """One frame; its noise is its own, the same at every walk."""
         rng = np.random.default_rng([self.seed, 10, i])
-        camera, config, scene = self.config.sensor.camera, self.config, self._placed(i)
+        camera, config, time = self.config.sensor.camera, self.config, i / self.rate
         still = Transform.identity()
-        picture = self._renderer.draw(camera, still, vertices=scene.vertices)
+        scene = self._placed(time - config.depth_late)
+        picture = self._exposed(time)
         hits = depth_image(scene, camera, still)
         depth = record(self._seen(scene, hits), config.sensor, rng)
-        return RGBDFrame(_noisy(picture, config.colour_noise, rng), depth, i / self.rate)
+        if config.distortion:
+            picture, depth = (bent(image, camera, config.distortion) for image in (picture, depth))
+        return RGBDFrame(_noisy(picture, config.colour_noise, rng), depth, time)
 
-    def _placed(self, i: int) -> Mesh:
-        """Head, shoulders and hand in camera space."""
-        T, time = self.T_camera_face[i], np.array([i / self.rate])
-        head = T.apply(self.actor.vertices(self.weights[i : i + 1])[0])
+    def _exposed(self, time: float) -> UInt8[np.ndarray, "h w 3"]:
+        """The picture of one moment, or the mean over the shutter's time before it."""
+        camera, still = self.config.sensor.camera, Transform.identity()
+        moments = [time]
+        if self.config.shutter > 0:
+            moments = list(time - self.config.shutter * np.linspace(0, 1, BLUR_SAMPLES))
+        drawn = [self._renderer.draw(camera, still, vertices=self._placed(t).vertices) for t in moments]
+        return np.mean(drawn, axis=0).round().astype(np.uint8)
+
+    def _at(self, time: float) -> tuple[Transform, Float[np.ndarray, " shapes"]]:
+        """Head pose and weights between two frames; held before the first."""
+        at = float(np.clip(time * self.rate, 0, len(self.weights) - 1))
+        i = min(int(at + 1e-9), len(self.weights) - 1)
+        share, j = max(at - i, 0.0), min(i + 1, len(self.weights) - 1)
+        if share < 1e-9:
+            return self.T_camera_face[i], self.weights[i]
+        R, t = self.T_camera_face.rotation, self.T_camera_face.translation
+        between = rotation_from_vector(share * vector_from_rotation(R[j] @ R[i].T))
+        pose = Transform(between @ R[i], (1 - share) * t[i] + share * t[j])
+        return pose, (1 - share) * self.weights[i] + share * self.weights[j]
+
+    def _placed(self, moment: float) -> Mesh:
+        """Head, shoulders, hand and what is worn in camera space."""
+        (T, weights), time = self._at(moment), np.array([moment])
+        face = self.actor.vertices(weights[None])[0]
+        head, worn = T.apply(face), [T.apply(w.vertices(face, self.actor.neutral.faces)) for w in self._worn]
         sway = T.translation * 0.9 + [0.0, 0.0, 0.1 * self.config.distance]
         upright = Transform(np.diag([1.0, -1.0, -1.0]), sway)
         near = float(_during(time, self.config.occlusions, 0.25)[0])
         away = np.array([420.0 * (1 - near) + 8.0, 30.0 + 150.0 * (1 - near), -115.0])
         swing = rotation_from_vector(np.array([0.0, 0.0, 0.5 * (1 - near)]))
         flat = self._hand.vertices * [1, -1, -1] @ swing.T + T.translation + away + [0, 0, -70]
-        return self._scene.with_vertices(np.concatenate([head, upright.apply(self._body.vertices), flat]))
+        return self._scene.with_vertices(np.concatenate([head, upright.apply(self._body.vertices), flat, *worn]))
 
     def _seen(self, scene: Mesh, hits: DepthImage) -> Seen:
         """Exact depth, angles, the projector's shadow, brightness; the wall where nothing else is."""
@@ -157,6 +200,22 @@ class _Stage:
         lit = np.zeros(z.shape, dtype=bool)
         lit[there] = z[there] < nearest[np.nonzero(there)[0], np.clip(column, 0, view.width - 1)] + 6.0
         return lit
+
+
+def bent(image: np.ndarray, camera: Camera, k1: float) -> np.ndarray:
+    """The image as a lens of radial distortion `k1` gives it, after Brown: r' = r (1 + k1 r^2), r in focal lengths.
+
+    Nearest pixels, so that depths are not mixed.
+    """
+    v, u = np.mgrid[: camera.height, : camera.width]
+    x, y = (u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy
+    there = 1.0
+    for _ in range(4):
+        squared = (x * x + y * y) * there * there
+        there = 1.0 / (1 + k1 * squared)
+    column = np.clip(np.round(camera.fx * x * there + camera.cx), 0, camera.width - 1).astype(int)
+    row = np.clip(np.round(camera.fy * y * there + camera.cy), 0, camera.height - 1).astype(int)
+    return image[row, column]
 
 
 def _wider(camera: Camera) -> Camera:

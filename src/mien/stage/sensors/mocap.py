@@ -52,10 +52,16 @@ class MocapConfig:
     """Times that two neighbouring markers wear each other's label for a while."""
     ghosts: int = 0
     """Times that a label jumps to a false point 15-60 mm away for a few frames."""
+    unlabelled: int = 0
+    """False trajectories beside the labelled ones, called `*1` and so on: reflections, markers nobody named."""
     up: str = "+Y"
     """The lab's up axis: +X, +Y or +Z."""
     tilt: bool = True
     """False keeps the lab's axes parallel to the resting head's, apart from `up`."""
+
+
+HARD_MOCAP = MocapConfig(dropouts=0.03, lost=2, swaps=3, ghosts=6, unlabelled=3)
+"""What a take is like before anybody has cleaned it."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +96,9 @@ def perform(
     clean = T_lab_face.apply(carried(actor, weights, layout.attachment, standoff))
     positions = with_faults(clean, rate, config, rng)
     truth = Truth(actor, weights, T_lab_face, rate, layout.attachment, standoff, clean)
-    return StagedTake(Markers(positions, layout.labels, rate), truth)
+    extra = stray_trajectories(clean, rate, config.unlabelled, rng)
+    labels = (*layout.labels, *(f"*{i + 1}" for i in range(config.unlabelled)))
+    return StagedTake(Markers(np.concatenate([positions, extra], axis=1), labels, rate), truth)
 
 
 def _check(actor: Performer | Skin, weights: np.ndarray, layout: Layout, config: MocapConfig) -> None:
@@ -175,6 +183,21 @@ def with_faults(
     for marker in rng.permutation(k)[: config.lost]:
         a = int(t * rng.uniform(0.1, 0.7))
         out[a : a + int(t * rng.uniform(0.25, 0.9)), marker] = np.nan
+    return out
+
+
+def stray_trajectories(
+    clean: Float[np.ndarray, "frames markers 3"], rate: float, count: int, rng: np.random.Generator
+) -> Float[np.ndarray, "frames strays 3"]:
+    """Trajectories of nothing on the face: 0.3 to 3 s each, centimetres off a marker, half of them standing still."""
+    t, k, _ = clean.shape
+    out = np.full((t, count, 3), np.nan)
+    for i in range(count):
+        first, length = rng.integers(t), int(rate * rng.uniform(0.3, 3.0))
+        span, away = slice(first, first + length), rng.normal(size=3)
+        own = clean[span, rng.integers(k)]
+        own = np.broadcast_to(own[:1], own.shape) if i % 2 else own
+        out[span, i] = own + away / np.linalg.norm(away) * rng.uniform(20, 90)
     return out
 
 

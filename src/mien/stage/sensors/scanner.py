@@ -7,12 +7,14 @@ from jaxtyping import Bool, Float, Int
 from scipy.sparse.csgraph import connected_components
 
 from ...errors import BadInput
-from ...mesh import Attachment, Mesh, Scan, adjacency, face_normals
+from ...mesh import Attachment, Mesh, Scan, adjacency, face_normals, vertex_normals
 from ...pictures.raycast import RayCaster
 from ...transforms import Transform, rotation_from_vector
 from ..people.fields import smooth_field
 from ..people.performer import Performer
 from ..people.skin import Skin
+from .scan_photo import PhotoConfig, photographed
+from .worn import beard_hair
 
 AXIS_TO_FACE = 90.0
 """Usual distance of the face from the scanner's axis, mm."""
@@ -44,8 +46,18 @@ class ScanConfig:
     """Standard deviation of the frame's offset, mm a coordinate."""
     performed: float = 0.5
     """Mean distance of the performed expression from the one that was asked for, over the face, mm. 0: the same."""
+    noise_varies: float = 0.0
+    """Standard deviation of the logarithm of one scan's noise. 0: all scans alike."""
+    beard: float = 0.0
+    """Length of a beard that the scanner takes for skin, mm. 0: none."""
     colour: bool = True
-    """Colours on the vertices, as under flat white light."""
+    """Colours on the vertices."""
+    photo: PhotoConfig = PhotoConfig()
+    """How they were taken."""
+
+
+HARD_SCAN = ScanConfig(noise_varies=0.35, photo=PhotoConfig(exposure=0.35, white_balance=0.05, shading=0.35, noise=4.0))
+"""Scans as an afternoon gives them: no two of the same noise, exposure, white balance or light."""
 
 
 @dataclass(frozen=True)
@@ -110,10 +122,16 @@ def scan(
     grid, material = _sweep(actor, mesh, config, rng)
     faces = _triangulate(grid, config, rng)
     faces, kept = _clean(faces, len(grid.points), rng)
-    points = (grid.points + _noise(actor, mesh, grid, material, config, rng)[:, None] * grid.rays)[kept]
+    off = _noise(actor, mesh, grid, material, config, rng)
+    hair = beard_hair(actor, material.points(actor.neutral), config.beard, np.random.default_rng([seed, 20]))
+    points = (grid.points + (off - hair)[:, None] * grid.rays)[kept]
     T = Transform(rotation_from_vector(rng.normal(size=3) * config.turn), rng.normal(size=3) * config.shift)
     material = Attachment(material.faces[kept], material.barycentric[kept])
-    colors = material.points(replace(mesh, vertices=mesh.colors)) if config.colour and mesh.colors is not None else None
+    colors = None
+    if config.colour and mesh.colors is not None:
+        paint = material.points(replace(mesh, vertices=mesh.colors))
+        normals = material.points(replace(mesh, vertices=vertex_normals(mesh.vertices, mesh.faces)))
+        colors = photographed(paint, normals, hair[kept], config.photo, np.random.default_rng([seed, 21]))
     truth = ScanTruth(actor, performed, weights, T, material, T.apply(mesh.vertices))
     return StagedScan(Scan(Mesh(T.apply(points), faces, colors=colors), name=name), truth)
 
@@ -235,7 +253,8 @@ def _clean(faces: np.ndarray, n: int, rng: np.random.Generator) -> tuple[Int[np.
 
 def _noise(actor, mesh: Mesh, grid: _Grid, material: Attachment, config: ScanConfig, rng) -> Float[np.ndarray, " p"]:
     """Along each ray, mm."""
-    fine = rng.normal(size=len(grid.points)) * config.noise
+    varies = np.exp(config.noise_varies * rng.normal()) if config.noise_varies > 0 else 1.0
+    fine = rng.normal(size=len(grid.points)) * config.noise * varies
     fine[_on_eye(actor, mesh.faces[material.faces])] *= 4
     return fine + config.ripple * smooth_field(rng, (15.0, 60.0)).at(grid.points)[:, 0]
 

@@ -1,0 +1,87 @@
+"""Do the figures that a solve prints know its true error? Rank correlations over many staged takes.
+
+    python benchmarks/sureness.py [--takes 20] [--markers 100 60 30] [--seconds 8] [--json out.json]
+
+Strangers of the stage (reporting seeds) with the faults of uncleaned takes, the numbers of markers in turn. Every
+number that the result carries is tried; 1 or -1 would know the order of the takes
+exactly, and 0.7 is wanted of one of them.
+"""
+
+import argparse
+import json
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+
+import numpy as np
+
+from mien.errors import BadInput
+from mien.faces import load_face
+from mien.markers.pipeline import solve_take
+from mien.stage import (
+    STRANGER,
+    MocapConfig,
+    make_performer,
+    marker_layout,
+    perform,
+    random_performance,
+    rank_correlation,
+    score_performance,
+)
+from mien.stage.seeds import MANY_REPORTING_SEEDS
+
+RATE = 60.0
+GOAL = 0.7
+FAULTS = (MocapConfig(), MocapConfig(jitter=0.3, lost=1), MocapConfig(dropouts=0.05, swaps=1, ghosts=2))
+"""In turn: a clean take, a noisy one, one with wrong labels."""
+
+
+def figures(solved: object) -> dict[str, float]:
+    """Every number of the result and of its parts, and the mean of its residuals."""
+    found = {}
+    for part in (solved, *(getattr(solved, f.name) for f in fields(solved) if is_dataclass(getattr(solved, f.name)))):  # type: ignore
+        for f in fields(part):
+            value = getattr(part, f.name)
+            if isinstance(value, float | np.floating):
+                found[f.name] = float(value)
+            elif f.name == "residuals":
+                found["residual"] = float(np.nanmean(value))
+    return found
+
+
+def one(seed: int, markers: int, config: MocapConfig, seconds: float) -> dict[str, float]:
+    """One take: its printed figures and its true error."""
+    performer = make_performer(seed, STRANGER)
+    script = random_performance(RATE, seconds, seed)
+    take = perform(performer, script.weights, RATE, marker_layout(performer, markers), config, seed)
+    solved = solve_take(take.markers, load_face())
+    score = score_performance(solved.performance, take.truth, step=4)
+    true = {"true_mm": float(score.absolute.mean()), "true_expression_mm": float(score.expression.mean())}
+    return figures(solved) | true
+
+
+def main() -> None:
+    """Run, print the correlations, write JSON."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--takes", type=int, default=len(MANY_REPORTING_SEEDS))
+    parser.add_argument("--markers", type=int, nargs="+", default=[100, 60, 30])
+    parser.add_argument("--seconds", type=float, default=8.0)
+    parser.add_argument("--json", type=Path)
+    options = parser.parse_args()
+    rows = []
+    for i, seed in enumerate(MANY_REPORTING_SEEDS[: options.takes]):
+        markers = options.markers[i % len(options.markers)]
+        try:
+            rows.append(one(seed, markers, FAULTS[i // 2 % len(FAULTS)], options.seconds))
+        except BadInput as refused:
+            print(f"seed {seed}, {markers} markers: refused: {refused}")
+    for name in sorted({n for row in rows for n in row if not n.startswith("true")}):
+        printed = np.array([row.get(name, np.nan) for row in rows])
+        against = {t: rank_correlation(printed, np.array([row[t] for row in rows])) for t in rows[0] if "true" in t}
+        told = ", ".join(f"{t.removeprefix('true_')} {r:+.2f}" for t, r in against.items())
+        print(f"{name:24s} rank correlation with the true error over {len(rows)} takes: {told} (wanted: {GOAL})")
+    if options.json:
+        options.json.write_text(json.dumps(rows, indent=1))
+
+
+if __name__ == "__main__":
+    main()
