@@ -17,7 +17,9 @@ from mien.camera import Camera
 from mien.depth import RGBDFrame
 from mien.errors import BadInput
 from mien.io.rgbd import RgbdTake, read_intrinsics, read_rgbd, write_intrinsics, write_rgbd
+from mien.io.rgbd.display_matrix import turned
 from mien.io.rgbd.live import Replay, live_frames
+from mien.io.rgbd.record3d import depth_shape
 from mien.io.rgbd.webcam import Webcam, open_webcam
 from mien.transforms import rotation_from_vector
 
@@ -86,17 +88,97 @@ def test_missing_and_broken_intrinsics(folder):
         read_rgbd(folder)
 
 
-def test_colour_and_depth_of_different_lengths(folder):
-    (folder / "depth" / "000003.png").unlink()
-    with pytest.raises(BadInput, match=r"4 colour and 3 depth images.*after frame 2"):
+def test_images_are_paired_by_number_not_by_order(folder):
+    """Equal counts, but each stream lost another frame."""
+    (folder / "color" / "000001.png").unlink()
+    (folder / "depth" / "000002.png").unlink()
+    (folder / "timestamps.csv").unlink()
+    take = read_rgbd(folder)
+    before = list(made())
+    same(list(take), [before[0], before[3]])
+    assert take.notes[0].endswith("1 colour and 1 depth images have no partner and are left out; 2 pairs remain")
+
+
+def test_names_that_differ_are_paired_by_their_numbers(folder):
+    for i, file in enumerate(sorted((folder / "depth").iterdir())):
+        file.rename(folder / "depth" / f"depth_{i}.png")
+    take = read_rgbd(folder)
+    same(list(take), list(made()))
+    assert take.notes == ()
+
+
+def test_stamps_are_paired_with_the_nearest(folder):
+    for kind, shift in (("color", 0.0), ("depth", 0.004)):
+        for i, file in enumerate(sorted((folder / kind).iterdir())):
+            file.rename(folder / kind / f"{1305031102.1 + i / 20 + shift:.6f}.png")
+    (folder / "timestamps.csv").unlink()
+    (folder / "depth" / "1305031102.154000.png").unlink()
+    take = read_rgbd(folder)
+    before = list(made())
+    same(list(take), [before[0], before[2], before[3]], 1e-4)
+
+
+def test_without_a_common_number_order_decides_and_a_line_says_so(folder):
+    for i, file in enumerate(sorted((folder / "depth").iterdir())):
+        file.rename(folder / "depth" / f"{i + 100}.png")
+    assert "paired by order" in read_rgbd(folder).notes[0]
+    (folder / "depth" / "100.png").unlink()
+    with pytest.raises(BadInput, match="4 colour and 3 depth images"):
         read_rgbd(folder)
 
 
-def test_colour_and_depth_of_different_sizes(folder):
+def test_sizes_of_one_view_are_brought_together_and_others_refused(folder):
+    before, first = read_rgbd(folder), next(iter(read_rgbd(folder)))
     for file in (folder / "color").iterdir():
         Image.open(file).resize((96, 64)).save(file)
-    with pytest.raises(BadInput, match="colour 96 x 64, depth 48 x 32"):
+    take = read_rgbd(folder)
+    assert "colour 96 x 64, depth 48 x 32" in take.notes[0]
+    assert take.camera == before.camera.scaled(2)
+    np.testing.assert_array_equal(next(iter(take)).depth[::2, ::2], first.depth)
+    for file in (folder / "color").iterdir():
+        Image.open(file).resize((96, 96)).save(file)
+    with pytest.raises(BadInput, match="colour 96 x 96, depth 48 x 32"):
         read_rgbd(folder)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        {"width": 48, "height": 32, "intrinsic_matrix": [60, 0, 23.5, 0, 61, 15.5, 0, 0, 1]},
+        {"width": 48, "height": 32, "intrinsic_matrix": [[60, 0, 23.5], [0, 61, 15.5], [0, 0, 1]]},
+        {"width": 48, "height": 32, "intrinsic_matrix": [[60, 0, 0], [0, 61, 0], [23.5, 15.5, 1]]},
+        {"fx": 60, "fy": 61, "ppx": 23.5, "ppy": 15.5},
+        {"camera_matrix": {"data": [60, 0, 23.5, 0, 61, 15.5, 0, 0, 1]}},
+    ],
+)
+def test_intrinsics_in_other_forms(folder, content):
+    (folder / "camera_intrinsic.json").write_text(json.dumps(content))
+    assert read_rgbd(folder).camera == CAMERA
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "timestamp_ms;frame\n1000;0\n1100;1\n1150;2\n1300;3\n",
+        "0 5000000000\n1 5100000000\n2 5150000000\n3 5300000000\n",
+        "filename,time\n000000.png,1.0\n000001.png,1.1\n000002.png,1.15\n000003.png,1.3\n",
+    ],
+)
+def test_clocks_of_other_recorders(folder, text):
+    (folder / "timestamps.csv").write_text(text)
+    np.testing.assert_allclose([frame.time for frame in read_rgbd(folder)], [0, 0.1, 0.15, 0.3], atol=1e-6)
+
+
+def test_display_matrices_by_hand():
+    image = np.arange(6, dtype=np.uint8).reshape(2, 3, 1).repeat(3, 2)
+    shown = {m: turned(image, np.reshape(m, (2, 2)))[..., 0].tolist() for m in [
+        (1, 0, 0, 1), (0, 1, -1, 0), (-1, 0, 0, -1), (0, -1, 1, 0), (-1, 0, 0, 1), (0, 1, 1, 0)]}  # fmt: skip
+    assert shown[1, 0, 0, 1] == [[0, 1, 2], [3, 4, 5]]
+    assert shown[0, 1, -1, 0] == [[3, 0], [4, 1], [5, 2]]
+    assert shown[-1, 0, 0, -1] == [[5, 4, 3], [2, 1, 0]]
+    assert shown[0, -1, 1, 0] == [[2, 5], [1, 4], [0, 3]]
+    assert shown[-1, 0, 0, 1] == [[2, 1, 0], [5, 4, 3]]
+    assert shown[0, 1, 1, 0] == [[0, 3], [1, 4], [2, 5]]
 
 
 def test_a_take_cut_off_in_a_frame_gives_the_frames_before(folder):
@@ -191,6 +273,38 @@ def test_record3d_brings_colour_and_depth_to_one_size(tmp_path):
     assert np.abs(frames[1].color.astype(int) - list(made())[1].color).mean() < 4
 
 
+def test_record3d_of_older_versions_and_with_gaps(tmp_path):
+    """No size of the depth, K in three lists, frame 1 without its depth."""
+    record3d(tmp_path / "a.r3d")
+    with zipfile.ZipFile(tmp_path / "a.r3d") as old, zipfile.ZipFile(tmp_path / "b.r3d", "w") as new:
+        for name in old.namelist():
+            if name not in ("metadata", "rgbd/1.depth"):
+                new.writestr(name, old.read(name))
+        K = [[60, 0, 23.5], [0, 61, 15.5], [0, 0, 1]]
+        new.writestr("metadata", json.dumps({"w": 48, "h": 32, "K": K, "fps": 20}))
+    take = read_rgbd(tmp_path / "b.r3d")
+    frames = list(take)
+    assert take.camera == CAMERA
+    np.testing.assert_allclose([frame.time for frame in frames], [0, 0.1])
+    np.testing.assert_array_equal(frames[1].depth, np.full((32, 48), 2500))
+    assert "1 colour or depth images have no partner" in take.notes[0]
+    assert depth_shape(192 * 256, 720, 960) == (192, 256)
+    with pytest.raises(ValueError, match="do not make an image"):
+        depth_shape(7919, 720, 960)
+
+
+def test_record3d_without_depth_is_colour_alone(tmp_path):
+    record3d(tmp_path / "a.r3d")
+    with zipfile.ZipFile(tmp_path / "a.r3d") as old, zipfile.ZipFile(tmp_path / "b.r3d", "w") as new:
+        for name in old.namelist():
+            if not name.endswith(".depth"):
+                new.writestr(name, old.read(name))
+    take = read_rgbd(tmp_path / "b.r3d")
+    assert not take.has_depth
+    assert next(iter(take)).depth is None
+    assert "no depth" in take.notes[0]
+
+
 def test_record3d_cut_off_or_not_one(tmp_path):
     record3d(tmp_path / "a.r3d")
     data = (tmp_path / "a.r3d").read_bytes()
@@ -215,6 +329,7 @@ def bag(path, count=3):
     vector, turn = types["geometry_msgs/msg/Vector3"], types["geometry_msgs/msg/Quaternion"]
     move = types["geometry_msgs/msg/Transform"]
     with Writer(path) as writer:
+
         def send(topic, kind, message, stamp=0):
             known = [c for c in writer.connections if c.topic == topic]
             connection = known[0] if known else writer.add_connection(topic, kind, typestore=store)
@@ -300,7 +415,7 @@ def test_replay_at_double_speed():
 def test_empty_take_is_refused(tmp_path):
     empty = replace(made(), count=0, frames=lambda: iter(()))
     write_rgbd(tmp_path / "empty", empty)
-    with pytest.raises(BadInput, match=r"no .png or .jpg images"):
+    with pytest.raises(BadInput, match="no images either"):
         read_rgbd(tmp_path / "empty")
 
 

@@ -1,5 +1,6 @@
 """`mien personalize`: a calm face before an RGB-D camera becomes that person's rig."""
 
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -51,6 +52,8 @@ def personalize(
     check_outputs({"a rig": output, "a merged scan": scan}, inputs=[take])
     require_landmarker()
     source = read_rgbd(take, depth_scale, focal=focal)
+    for note in source.notes:
+        print(f"mien: {note}", file=sys.stderr)
     if not source.has_depth:
         return from_video(source, output, scan, config)
     with bar() as progress:

@@ -1,5 +1,6 @@
 """`mien track`: an RGB-D take, or a video, becomes an animated face."""
 
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -81,6 +82,8 @@ def track(
     check_outputs(made, inputs=[take, rig])
     require_landmarker()
     source = open_webcam(seconds, device, focal) if camera else read_rgbd(take, depth_scale, rate, focal)
+    for note in source.notes:
+        print(f"mien: {note}", file=sys.stderr)
     person, landmarks = rig_for(rig)
     played = as_live(source) if config.live and not camera else source
     config = replace(config, live=config.live or camera)

@@ -31,7 +31,11 @@ def read_rgbd(
     """
     path = existing(path)
     if path.is_dir():
-        take = read_folder(path, depth_scale, rate) if (path / "depth").is_dir() else read_images(path, rate, focal)
+        take = (
+            read_folder(path, depth_scale, rate)
+            if any((path / "depth").glob("*.*"))
+            else read_images(path, rate, focal)
+        )
     elif path.suffix.lower() == ".r3d":
         take = read_record3d(path)
     elif path.suffix.lower() == ".bag":

@@ -1,8 +1,8 @@
 """The RGB-D folder: color/, depth/, camera_intrinsic.json; and a plain folder of colour images."""
 
-import csv
 import json
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
 
@@ -13,11 +13,15 @@ from ...camera import Camera
 from ...depth import RGBDFrame
 from ...errors import BadInput
 from .intrinsics import assumed_camera, read_intrinsics
+from .pairing import pair_images
 from .take import RgbdTake
+from .timestamps import read_timestamps
 
 PICTURES = (".png", ".jpg", ".jpeg")
 DEPTH_SCALE = 1000.0
 RATE = 30.0
+_ASPECT_SLACK = 0.02
+"""Images whose aspect differs by less than this share show one view."""
 
 T = TypeVar("T")
 
@@ -26,28 +30,28 @@ def read_folder(path: Path, depth_scale: float | None = None, rate: float | None
     """Open an RGB-D folder. Depth in units of 1 / `depth_scale` metres.
 
     Raises:
-        BadInput: no intrinsics, no colour, colour and depth of different lengths or sizes.
+        BadInput: no intrinsics, no colour, colour and depth that do not belong together.
     """
-    camera = read_intrinsics(path / "camera_intrinsic.json")
     color, depth = pictures(path / "color"), pictures(path / "depth")
     if not color:
         raise BadInput(f"{path / 'color'}: no .png or .jpg images; landmarks need colour")
-    if len(color) != len(depth):
-        raise BadInput(
-            f"{path}: {len(color)} colour and {len(depth)} depth images; a take needs one of each a frame, "
-            f"remove those that have no partner after frame {min(len(color), len(depth)) - 1}"
-        )
+    paired = pair_images(path, color, depth)
+    camera, notes = _camera_for(path, paired.color[0], paired.depth[0])
     settings = _settings(path / "take.json")
     scale = depth_scale or float(settings.get("depth_scale", DEPTH_SCALE))
     rate = rate or float(settings.get("fps", RATE))
-    times = _timestamps(path / "timestamps.csv", len(color), rate)
-    _check_size(path, color[0], depth[0], camera)
+    clock = path / "timestamps.csv"
+    times = paired.numbers / rate if paired.seconds is None else paired.seconds
+    if clock.is_file():
+        times = read_timestamps(clock, paired.color, paired.numbers)
 
     def frames() -> Iterator[RGBDFrame]:
-        for c, d, time in zip(color, depth, times, strict=True):
-            yield RGBDFrame(picture(c), depth_picture(d, scale), float(time))
+        for c, d, time in zip(paired.color, paired.depth, times, strict=True):
+            image = picture(c)
+            yield RGBDFrame(image, resized(depth_picture(d, scale), image.shape[:2]), float(time))
 
-    return RgbdTake(path.name, camera, rate, len(color), True, frames, depth_scale=scale)
+    notes = (*paired.notes, *notes)
+    return RgbdTake(path.name, camera, rate, len(paired.color), True, frames, depth_scale=scale, notes=notes)
 
 
 def read_images(path: Path, rate: float | None = None, focal: float | None = None) -> RgbdTake:
@@ -61,14 +65,17 @@ def read_images(path: Path, rate: float | None = None, focal: float | None = Non
         raise BadInput(f"{path}: no color/ and depth/ folders, and no images either; this is not a take")
     height, width = picture(color[0]).shape[:2]
     known = (path / "camera_intrinsic.json").is_file()
-    camera = read_intrinsics(path / "camera_intrinsic.json") if known else assumed_camera(width, height, focal)
+    size = (width, height)
+    camera = read_intrinsics(path / "camera_intrinsic.json", size) if known else assumed_camera(*size, focal)
     rate = rate or RATE
+    guessed = not known and focal is None
+    notes = (f"{path}: no depth images; tracked from colour alone",)
 
     def frames() -> Iterator[RGBDFrame]:
         for i, file in enumerate(color):
             yield RGBDFrame(picture(file), None, i / rate)
 
-    return RgbdTake(path.name, camera, rate, len(color), False, frames, guessed_camera=not known and focal is None)
+    return RgbdTake(path.name, camera, rate, len(color), False, frames, guessed_camera=guessed, notes=notes)
 
 
 def pictures(folder: Path) -> list[Path]:
@@ -95,7 +102,10 @@ def depth_picture(path: Path, scale: float) -> np.ndarray:
     """
     values = _read(path, np.asarray)
     if values.ndim != 2 or values.dtype == np.uint8:
-        raise BadInput(f"{path}: depth must be a 16-bit grey PNG, this is {values.dtype} of shape {values.shape}")
+        found = f"{values.dtype} of shape {values.shape}"
+        raise BadInput(
+            f"{path}: depth must be a 16-bit grey PNG, this is {found}: a picture of depth, not depth itself"
+        )
     return values.astype(np.float32) * np.float32(1000.0 / scale)
 
 
@@ -107,15 +117,30 @@ def _read(path: Path, convert: Callable[[Image.Image], T]) -> T:
         raise BadInput(f"{path}: cannot be read to its end ({error}); the take was cut off there") from error
 
 
-def _check_size(path: Path, color: Path, depth: Path, camera: Camera) -> None:
-    sizes = {
-        "colour": _read(color, lambda image: image.size),
-        "depth": _read(depth, lambda image: image.size),
-        "camera_intrinsic.json": (camera.width, camera.height),
-    }
-    if len(set(sizes.values())) > 1:
-        told = ", ".join(f"{name} {w} x {h}" for name, (w, h) in sizes.items())
+def resized(depth: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    """A depth image at another size, each pixel the nearest one's depth (no depth is made up between two)."""
+    if depth.shape == tuple(shape):
+        return depth
+    return np.asarray(Image.fromarray(depth).resize((shape[1], shape[0]), Image.Resampling.NEAREST))
+
+
+def _camera_for(path: Path, color: Path, depth: Path) -> tuple[Camera, tuple[str, ...]]:
+    """The camera of the colour images, and lines on sizes that had to be brought together.
+
+    Raises:
+        BadInput: the sizes show different views.
+    """
+    size = _read(color, lambda image: image.size)
+    camera = read_intrinsics(path / "camera_intrinsic.json", size)
+    others = {"depth": _read(depth, lambda image: image.size), "camera_intrinsic.json": (camera.width, camera.height)}
+    sizes = {"colour": size, **others}
+    (width, height), told = sizes["colour"], ", ".join(f"{name} {w} x {h}" for name, (w, h) in sizes.items())
+    if any(abs(w * height - h * width) > _ASPECT_SLACK * w * height for w, h in sizes.values()):
         raise BadInput(f"{path}: sizes differ: {told}; register depth to colour and give that camera's intrinsics")
+    if len(set(sizes.values())) == 1:
+        return camera, ()
+    scaled = replace(camera.scaled(width / camera.width), width=width, height=height)
+    return scaled, (f"{path}: sizes differ: {told}; one view in each, all brought to the colour's",)
 
 
 def _settings(path: Path) -> dict:
@@ -131,22 +156,3 @@ def _settings(path: Path) -> dict:
     if bad:
         raise BadInput(f"{path}: {bad[0]} must be above 0, got {settings[bad[0]]}")
     return settings
-
-
-def _timestamps(path: Path, count: int, rate: float) -> np.ndarray:
-    if not path.is_file():
-        return np.arange(count) / rate
-    with path.open(newline="", encoding="utf-8-sig", errors="replace") as file:
-        lines = list(file)
-    try:
-        rows = list(csv.DictReader(lines))
-        table = {int(row["frame"]): float(row["seconds"]) for row in rows}
-        times = np.array([table[i] for i in range(count)])
-    except (KeyError, ValueError, TypeError, OverflowError, csv.Error) as error:
-        raise BadInput(f"{path}: needs columns frame,seconds, a row for each of {count} frames ({error!r})") from error
-    grows = np.diff(times) > 0
-    if not (grows.all() and np.isfinite(times).all()):
-        raise BadInput(
-            f"{path}: seconds must grow; they do not after frame {int(np.argmin(grows)) if len(grows) else 0}"
-        )
-    return times - times[0]

@@ -4,10 +4,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import av
-import numpy as np
 
 from ...depth import RGBDFrame
 from ...errors import BadInput
+from .display_matrix import upright
 from .intrinsics import assumed_camera
 from .take import RgbdTake
 
@@ -15,7 +15,9 @@ RATE = 30.0
 
 
 def read_video(path: Path, focal: float | None = None) -> RgbdTake:
-    """Open a video; its lens is assumed to see 60 degrees across the longer side unless `focal` (pixels) is given.
+    """Open a video, upright as it asks to be shown, frames at their own times.
+
+    Its lens is assumed to see 60 degrees across the longer side unless `focal` (pixels) is given.
 
     Raises:
         BadInput: no video in it.
@@ -23,17 +25,21 @@ def read_video(path: Path, focal: float | None = None) -> RgbdTake:
     try:
         with av.open(str(path)) as container:
             stream = container.streams.video[0]
-            width, height = stream.codec_context.width, stream.codec_context.height
             rate = float(stream.average_rate or RATE)
             count = stream.frames or round(float((container.duration or 0) / 1e6) * rate)
+            first = next(container.decode(video=0), None)
     except (av.FFmpegError, IndexError, OSError) as error:
         raise BadInput(f"{path}: no video that can be read ({error})") from error
+    if first is None:
+        raise BadInput(f"{path}: no video that can be read (it holds no frame)")
+    height, width = upright(first).shape[:2]
+    notes = () if height == first.height else (f"{path.name}: filmed sideways; turned upright, as it says",)
     camera = assumed_camera(width, height, focal)
 
     def frames() -> Iterator[RGBDFrame]:
         yield from _frames(path, rate)
 
-    return RgbdTake(path.name, camera, rate, max(count, 1), False, frames, guessed_camera=focal is None)
+    return RgbdTake(path.name, camera, rate, max(count, 1), False, frames, guessed_camera=focal is None, notes=notes)
 
 
 def _frames(path: Path, rate: float) -> Iterator[RGBDFrame]:
@@ -43,7 +49,7 @@ def _frames(path: Path, rate: float) -> Iterator[RGBDFrame]:
             for frame in container.decode(video=0):
                 seen = frame.time if frame.time is not None else done / rate
                 start = seen if start is None else start
-                yield RGBDFrame(np.ascontiguousarray(frame.to_ndarray(format="rgb24")), None, float(seen - start))
+                yield RGBDFrame(upright(frame), None, float(seen - start))
                 done += 1
     except (av.FFmpegError, OSError) as error:
         raise BadInput(f"{path}: breaks off after frame {done - 1} ({error})") from error
