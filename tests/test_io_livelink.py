@@ -1,6 +1,7 @@
 """Live Link Face CSV: by hand, round trips, the app's own recording, refusals."""
 
 import gzip
+import re
 import struct
 from pathlib import Path
 
@@ -140,6 +141,117 @@ def test_refusals(tmp_path):
     path.write_text(hand(["00:00:00:01.0,61,0.5,0,0"]))
     with pytest.raises(BadInput, match="no ARKit shape"):
         read_live_link(path).to_performance(rig(("smile", "frown")))
+
+
+# --- what other programs write ------------------------------------------------------------------------------------
+
+
+def dialect(tmp_path, change, rate: float = 30.0):
+    """A take of 60 frames, written as the app does, its text changed, and read."""
+    rng = np.random.default_rng(1)
+    turns = rotation_from_vector(0.2 * np.sin(np.arange(60) / 10)[:, None] * [1.0, 0.5, 0.2])
+    weights = 0.5 * rng.random((60, 52))
+    before = Performance(rig(), weights, Transform(turns, np.zeros((60, 3))), rate, np.ones(60, bool))
+    write_live_link(tmp_path / "plain.csv", before, centre=False)
+    (tmp_path / "other.csv").write_bytes(change((tmp_path / "plain.csv").read_text()))
+    return read_live_link(tmp_path / "plain.csv"), read_live_link(tmp_path / "other.csv")
+
+
+def cells(text: str, change) -> bytes:
+    """The text with every cell (column name, value) of its rows changed."""
+    header, *rows = [line.split(",") for line in text.splitlines()]
+    changed = [[change(name, cell) for name, cell in zip(header, row, strict=True)] for row in rows]
+    return "\n".join(",".join(row) for row in [header, *changed]).encode()
+
+
+def turns_of(name: str) -> bool:
+    return name in (*HEAD, *EYES)
+
+
+def weight_of(name: str) -> bool:
+    return name in SHAPES
+
+
+DIALECTS = {
+    "degrees": lambda t: cells(t, lambda n, c: f"{np.degrees(float(c)):.8f}" if turns_of(n) else c),
+    "percent": lambda t: cells(t, lambda n, c: f"{100 * float(c):.8f}" if weight_of(n) else c),
+    "drop-frame": lambda t: cells(t, lambda n, c: ";".join(c.rsplit(":", 1)) if n == "Timecode" else c),
+    "seconds": lambda t: cells(
+        t, lambda n, c: f"{int(c.split(':')[2]) + float(c.split(':')[3]) / 30:.4f}" if n == "Timecode" else c
+    ),
+    "_L": lambda t: t.replace("Left,", "_L,").replace("Right,", "_R,").replace("Jaw_", "jaw_").encode(),
+    "snake": lambda t: re.sub(r"(?<=[a-z])([A-Z])", r"_\1", t.splitlines()[0]).lower().encode()
+    + b"\n" + "\n".join(t.splitlines()[1:]).encode(),
+    "semicolons and decimal commas": lambda t: t.replace(",", ";").replace(".", ",").encode(),
+    "tabs, UTF-16": lambda t: t.replace(",", "\t").encode("utf-16"),
+    "byte-order mark": lambda t: t.encode("utf-8-sig"),
+    "other order": lambda t: "\n".join(",".join(line.split(",")[::-1]) for line in t.splitlines()).encode(),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", DIALECTS)
+def test_dialects_say_the_same_and_guesses_are_told(tmp_path, name):
+    plain, other = dialect(tmp_path, DIALECTS[name])
+    assert plain.notes == ()
+    assert other.rate == pytest.approx(30, abs=1e-3)
+    assert other.names == plain.names
+    np.testing.assert_allclose(other.weights, plain.weights, atol=1e-6)
+    np.testing.assert_allclose(other.head, plain.head, atol=1e-6)
+    np.testing.assert_allclose(other.eyes, plain.eyes, atol=1e-6)
+    told = {"degrees": "degrees", "percent": "percent", "drop-frame": "drop-frame", "seconds": "seconds",
+            "_L": "matched loosely", "snake": "matched loosely"}  # fmt: skip
+    if name in told:
+        assert told[name] in " ".join(other.notes)
+
+
+def test_a_drop_frame_minute_has_no_gap(tmp_path):
+    codes = [f"00:00:59;{f:02d}" for f in range(20, 30)] + [f"00:01:00;{f:02d}" for f in range(2, 30)]
+    codes += [f"00:01:01;{f:02d}" for f in range(30)]
+    (tmp_path / "a.csv").write_text(hand([f"{code},61,0.5,0,0" for code in codes]))
+    take = read_live_link(tmp_path / "a.csv")
+    assert (len(take.weights), take.tracked.all()) == (68, True)
+    assert take.rate == pytest.approx(30000 / 1001)
+
+
+def test_repeated_rows_and_gaps_are_told(tmp_path):
+    frames = [0, 1, 1, 2, 5, *range(6, 30), *range(30, 60)]
+    rows = [f"10:00:{f // 30:02d}:{f % 30:02d}.000,61,{f / 100},0,0" for f in frames]
+    (tmp_path / "a.csv").write_text(hand(rows))
+    take = read_live_link(tmp_path / "a.csv")
+    assert len(take.weights) == 60
+    assert "1 rows repeat a time" in " ".join(take.notes)
+    assert "2 frames have no row" in " ".join(take.notes)
+    np.testing.assert_allclose(take.weights[:6, take.names.index("jawOpen")], [0, 0.01, 0.02, 0.02, 0.02, 0.05])
+
+
+def test_nonsense_is_refused(tmp_path):
+    path = tmp_path / "a.csv"
+    rows = [f"10:00:00:{i:02d}.0,61,0.5,0,0.1" for i in range(30)]
+    assert "neither 0..1 nor percent" in refusal(path, hand([*rows, "10:00:01:00.0,61,5000,0,0"]))
+    assert "neither 0..1 nor percent" in refusal(path, hand([*rows, "10:00:01:00.0,61,-3,0,0"]))
+    assert "neither radians nor degrees" in refusal(path, hand([*rows, "10:00:01:00.0,61,0.1,0,900"]))
+
+
+def test_a_rig_with_other_names_plays_it(tmp_path):
+    before = performance(80)
+    write_live_link(tmp_path / "a.csv", before, centre=False)
+    take = read_live_link(tmp_path / "a.csv")
+    spelled = rig(tuple(f"blendShape1.{name}" for name in NAMES))
+    np.testing.assert_allclose(take.to_performance(spelled).weights, before.weights, atol=1e-7)
+    few = rig(("Mund", "x"))
+    np.testing.assert_allclose(
+        take.to_performance(few, {"Mund": "jawOpen"}).weights[:, 0],
+        before.weights[:, NAMES.index("jawOpen")],
+        atol=1e-7,
+    )
+
+
+def test_weights_written_lie_within_bounds(tmp_path):
+    wide = performance(70)
+    wide = Performance(wide.rig, 3 * wide.weights - 1, wide.T_world_face, 60.0, wide.tracked)
+    write_live_link(tmp_path / "a.csv", wide)
+    found = read_live_link(tmp_path / "a.csv").weights
+    np.testing.assert_allclose(found, np.clip(wide.weights, 0, 1), atol=1e-7)
 
 
 # --- the app's own recording -------------------------------------------------------------------------------------

@@ -7,7 +7,7 @@ down. Head rotation = Ry(yaw) Rx(-pitch) Rz(-roll) in face space, the order in w
 """
 
 import csv
-import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,8 +18,11 @@ from scipy.spatial.transform import Rotation
 from ..errors import BadInput
 from ..files import existing, whole
 from ..rig import Performance, Rig
+from ..rig.shape_names import NameMatch, match_names
 from ..transforms import Transform
-from .markers.tables.delimited_table import pad, read_text
+from .decode_text import decode_text
+from .markers.tables.delimited_table import pad
+from .time_codes import read_clock
 
 SHAPES = (
     "EyeBlinkLeft", "EyeLookDownLeft", "EyeLookInLeft", "EyeLookOutLeft", "EyeLookUpLeft", "EyeSquintLeft",
@@ -38,7 +41,23 @@ EYES = ("LeftEyeYaw", "LeftEyePitch", "LeftEyeRoll", "RightEyeYaw", "RightEyePit
 
 EYE_RANGE = np.radians(35.0)
 """How far an eye turns when its eyeLook weight is 1."""
-_RATES = (24, 25, 30, 48, 50, 60, 90, 100, 120, 240)
+NAMES = tuple(name[0].lower() + name[1:] for name in SHAPES)
+"""ARKit's names in the app's order."""
+_TIMECODE = ("timecode", "time", "timestamp", "tc")
+_OTHER = ("blendshapecount", "frame", "index", "subject", "subjectname", "framenumber")
+"""Columns that are neither times, shapes nor angles."""
+_FEWEST = 10
+"""Shapes that make a table without time codes a performance."""
+_HIGHEST_WEIGHT, _HIGHEST_PERCENT = 2.0, 110.0
+"""Weights above the first are percent, above the second nonsense."""
+_LOWEST_WEIGHT = -0.1
+_COMMON = 0.01
+"""A share of all values: when fewer than that are above 2, they are no percent but faults."""
+_HEAD_RAD, _EYES_RAD = 1.9, 1.2
+"""Heads and eyes do not turn farther from straight ahead: larger angles are degrees."""
+_HIGHEST_DEGREES = 200.0
+_DEGREES_A_WEIGHT = 5.0
+"""Eye angles in radians are 0.6 times their eyeLook weights, in degrees 35: in between."""
 
 
 @dataclass(frozen=True)
@@ -56,73 +75,85 @@ class LiveLinkTake:
     """Frames a second."""
     tracked: Bool[np.ndarray, " frames"]
     """False where the app saw no face or left the frame out: such frames hold the last value."""
+    notes: tuple[str, ...] = ()
+    """What was guessed, turned or mended, a line each."""
 
     def rotations(self) -> Float[np.ndarray, "frames 3 3"]:
         """The head's rotation in face space."""
         return Rotation.from_euler("YXZ", self.head * (1, -1, -1)).as_matrix()
 
-    def to_performance(self, rig: Rig) -> Performance:
-        """The take on a rig: shapes met by name, the rig's others at 0, the head turning in place.
+    def match(self, names: Sequence[str], given: Mapping[str, str] | None = None) -> NameMatch:
+        """How the take drives shapes of these names; `given` are pairs by hand.
+
+        Raises:
+            BadInput: it drives none.
+        """
+        match = match_names(self.names, names, given)
+        if not match.moved:
+            raise BadInput(f"the rig has no ARKit shape, only {', '.join(names[:3])}, ...: give one that has, or --map")
+        return match
+
+    def to_performance(self, rig: Rig, given: Mapping[str, str] | None = None) -> Performance:
+        """The take on a rig: shapes met by name (`match`), the rig's others at 0, the head turning in place.
 
         Raises:
             BadInput: the rig has none of the names.
         """
-        known = [name for name in rig.names if name in self.names]
-        if not known:
-            raise BadInput(f"the rig has no ARKit shape, only {', '.join(rig.names[:3])}, ...: give one that has")
-        weights = np.zeros((len(self.weights), len(rig.names)))
-        for name in known:
-            weights[:, rig.index(name)] = self.weights[:, self.names.index(name)]
+        weights = self.match(rig.names, given).weights(self.weights)
         rotations = self.rotations()
         return Performance(rig, weights, Transform(rotations, np.zeros((len(rotations), 3))), self.rate, self.tracked)
 
 
 def read_live_link(path: str | Path, rate: float | None = None) -> LiveLinkTake:
-    """Read a Live Link Face CSV.
+    """Read a Live Link Face CSV, or what other programs write in its place.
+
+    Names in other spellings and orders, `;` or tabs, decimal commas, percent, degrees and other clocks are understood;
+    each guess is one of the take's `notes`.
 
     `rate` in frames a second; by default from the time codes (60 where the take is too short to tell).
 
     Raises:
-        BadInput: missing, not such a file, no row, a cell that is no number.
+        BadInput: missing, not such a file, no row, a cell that is no number, weights or angles that make no sense.
     """
     path = existing(path)
-    rows = [row for row in csv.reader(read_text(path).splitlines()) if any(cell.strip() for cell in row)]
-    header = [cell.strip() for cell in rows[0]] if rows else []
-    column = {name.lower(): i for i, name in enumerate(header)}
-    shapes = [name for name in SHAPES if name.lower() in column]
-    if not shapes or "timecode" not in column:
-        raise BadInput(f"{path}: is no Live Link Face CSV, whose header is Timecode,BlendShapeCount,{SHAPES[0]},...")
-    body = [pad(row, len(header)) for row in rows[1:]]
+    header, body = _table(path)
+    columns = _columns(path, header)
     if not body:
         raise BadInput(f"{path}: has no frames; the recording is empty")
-    values = _values(path, body, [column[name.lower()] for name in shapes])
-    angles = _values(path, body, [column.get(name.lower(), -1) for name in (*HEAD, *EYES)])
-    places, rate = _clock([row[column["timecode"]] for row in body], rate)
-    seen = np.asarray(np.isfinite(values).all(axis=1))
+    cells = _values(path, body, [*columns.shapes, *columns.angles])
+    k = len(columns.shapes)
+    columns_seen = cells[:, :k]
+    seen = np.asarray(np.isfinite(columns_seen).all(axis=1))
     if not seen.any():
         raise BadInput(f"{path}: has no frame in which a face was seen")
-    table, tracked = _hold(np.concatenate([values, np.nan_to_num(angles)], axis=1), seen, places)
-    k = len(shapes)
-    names = tuple(name[0].lower() + name[1:] for name in shapes)
-    return LiveLinkTake(names, table[:, :k], table[:, k : k + 3], table[:, k + 3 :], rate, tracked)
+    raw, in_weights = _in_unit(path, columns_seen)
+    values = raw @ columns.share
+    turned = np.nan_to_num(cells[:, k:]) @ columns.turn
+    angles, in_angles = _in_radians(path, turned, columns.names, np.nan_to_num(values))
+    codes = [row[columns.time] for row in body] if columns.time >= 0 else [""] * len(body)
+    clock = read_clock(codes, rate)
+    table, tracked = _hold(np.concatenate([values, angles], axis=1), seen, clock.places)
+    n = len(columns.names)
+    notes = tuple(f"{path.name}: {line}" for line in (*columns.notes, *in_weights, *in_angles, *clock.notes))
+    return LiveLinkTake(columns.names, table[:, :n], table[:, n : n + 3], table[:, n + 3 :], clock.rate, tracked, notes)
 
 
 def write_live_link(path: str | Path, performance: Performance, centre: bool = True) -> None:
     """Write a performance as Live Link Face CSV; shapes that the rig does not have are 0, its others are left out.
 
-    Time codes start at 0 and count whole frames a second, so a rate of 59.94 is read as 60. Untracked frames are
-    written as they stand. With `centre` yaw counts from where the face looks on average: a lab's axes know no front.
+    Names may be spelled otherwise (`rig.shape_names`); weights are cut to 0..1. Time codes start at 0 and count
+    whole frames a second, so a rate of 59.94 is read as 60. Untracked frames are written as they stand. With
+    `centre` yaw counts from where the face looks on average: a lab's axes know no front.
 
     Raises:
         BadInput: the rig has no ARKit shape, or the folder does not exist.
     """
     rig = performance.rig
-    names = [name[0].lower() + name[1:] for name in SHAPES]
-    if not set(names) & set(rig.names):
+    match = match_names(rig.names, NAMES)
+    if not match.moved:
         raise BadInput(f"{path}: the rig has no ARKit shape (has {', '.join(rig.names[:3])}, ...): nothing to write")
-    none = np.zeros(len(performance))
-    weights = np.stack([performance.weights[:, rig.index(n)] if n in rig.names else none for n in names], axis=1)
-    eyes = eye_angles(dict(zip(names, weights.T, strict=True)))
+    weights = np.clip(match.weights(performance.weights), 0.0, 1.0)
+    eyes = eye_angles(dict(zip(NAMES, weights.T, strict=True)))
     table = np.concatenate([weights, head_angles(performance, centre), eyes], axis=1)
     rate = max(1, round(performance.rate))
     with whole(path) as temporary, temporary.open("w") as file:
@@ -152,32 +183,111 @@ def eye_angles(weights: dict[str, Float[np.ndarray, " frames"]]) -> Float[np.nda
     return np.stack(columns, axis=1)
 
 
+def _table(path: Path) -> tuple[list[str], list[list[str]]]:
+    """Header and rows, whatever parts the cells; decimal points."""
+    lines = decode_text(path).splitlines()
+    first = next((line for line in lines if line.strip()), "")
+    delimiter = max(";\t,", key=first.count)
+    rows = [row for row in csv.reader(lines, delimiter=delimiter) if any(cell.strip() for cell in row)]
+    header = [cell.strip() for cell in rows[0]] if rows else []
+    body = [_mended(row, header, delimiter) for row in rows[1:]]
+    return header, body
+
+
+def _mended(row: list[str], header: list[str], delimiter: str) -> list[str]:
+    if delimiter == ";" and len(row) == len(header) + 1 and row[0].count(":") == 2 and ":" not in row[1]:
+        row = [f"{row[0]};{row[1]}", *row[2:]]  # a drop-frame time code that the delimiter cut in two
+    if delimiter != ",":
+        row = [row[0], *(cell.replace(",", ".") for cell in row[1:])]
+    return pad(row, len(header))
+
+
+@dataclass(frozen=True)
+class _Columns:
+    """What the columns of a file are."""
+
+    names: tuple[str, ...]
+    """The ARKit shapes that it has."""
+    time: int
+    """-1: none."""
+    shapes: list[int]
+    share: Float[np.ndarray, "columns shapes"]
+    """The shapes are the columns at `shapes` times this."""
+    angles: list[int]
+    turn: Float[np.ndarray, "turns 9"]
+    notes: tuple[str, ...]
+
+
+def _columns(path: Path, header: list[str]) -> _Columns:
+    plain = ["".join(c for c in name.lower() if c.isalnum()) for name in header]
+    time = next((plain.index(name) for name in _TIMECODE if name in plain), -1)
+    left = [i for i, name in enumerate(plain) if i != time and name and name not in _OTHER]
+    left = [i for i in left if plain.index(plain[i]) == i]
+    angles = match_names([header[i] for i in left], (*HEAD, *EYES))
+    turning = [i for i, row in zip(left, angles.share, strict=True) if row.any()]
+    left = [i for i in left if i not in turning]
+    match = match_names([header[i][:1].lower() + header[i][1:] for i in left], NAMES)
+    found = [i for i, row in zip(left, match.share, strict=True) if row.any()]
+    has = np.asarray(match.share.any(axis=0))
+    if not has.any() or (time < 0 and has.sum() < _FEWEST):
+        raise BadInput(f"{path}: is no Live Link Face CSV, whose header is Timecode,BlendShapeCount,{SHAPES[0]},...")
+    notes = []
+    if match.loose:
+        some = ", ".join(f"{source} = {target}" for target, source in match.loose[:4])
+        notes.append(f"{len(match.loose)} shape names matched loosely: {some}{', ...' if len(match.loose) > 4 else ''}")
+    missing = [name for name, there in zip(NAMES, has, strict=True) if not there]
+    if missing:
+        notes.append(f"{int(has.sum())} of 52 shapes are there; missing: {', '.join(missing)}")
+    share = match.share[match.share.any(axis=1)][:, has]
+    turn = angles.share[angles.share.any(axis=1)]
+    names = tuple(name for name, there in zip(NAMES, has, strict=True) if there)
+    return _Columns(names, time, found, share, turning, turn, tuple(notes))
+
+
 def _values(path: Path, rows: list[list[str]], columns: list[int]) -> Float[np.ndarray, "rows columns"]:
-    """Cells as numbers, NaN for empty ones; column -1 stands for a column that is not there."""
+    """Cells as numbers, NaN for empty ones."""
     try:
-        cells = [[float(row[i]) if i >= 0 and row[i].strip() else np.nan for i in columns] for row in rows]
+        cells = [[float(row[i]) if row[i].strip() else np.nan for i in columns] for row in rows]
     except ValueError as error:
         raise BadInput(f"{path}: holds a cell that is no number ({error}); export it again") from error
-    return np.array(cells)
+    return np.array(cells).reshape(len(rows), len(columns))
 
 
-def _clock(codes: list[str], rate: float | None) -> tuple[Int[np.ndarray, " rows"], float]:
-    """Places of the rows and the rate, from time codes HH:MM:SS:FF.fff whose FF counts frames of the second."""
-    found = [re.fullmatch(r"\s*(\d+):(\d+):(\d+):(\d+(?:\.\d+)?)\s*", code) for code in codes]
-    if not all(found):
-        return np.arange(len(codes)), rate or 60.0
-    h, m, s, frame = np.array([[float(part) for part in match.groups()] for match in found if match]).T
-    second = h * 3600 + m * 60 + s
-    counted = int(frame.max()) + 1
-    near = [r for r in _RATES if counted <= r <= counted + 2]
-    base = 60.0 if second[0] == second[-1] and counted <= 60 else float(near[0] if near else counted)
-    steps = np.diff(second * base + frame)
-    step = float(np.median(steps)) if len(steps) else 1.0
-    each = next((k for k in (0.25, 0.5, 1.0, 2.0, 3.0, 4.0) if abs(step - k) < 0.2 * k), 1.0)
-    places = np.round((second - second[0]) * base / each + (frame - frame[0]) / each).astype(np.int64)
-    if (np.diff(places) <= 0).any() or places[-1] > 50 * len(places) + 1000:
-        places = np.arange(len(codes))
-    return places, rate or base / each
+def _in_unit(path: Path, values: Float[np.ndarray, "rows columns"]) -> tuple[np.ndarray, list[str]]:
+    """Weights in 0..1 or so.
+
+    Raises:
+        BadInput: neither weights nor percent.
+    """
+    known = values[np.isfinite(values)]
+    low, high = float(known.min(initial=0.0)), float(known.max(initial=0.0))
+    above = float((known > _HIGHEST_WEIGHT).mean()) if len(known) else 0.0
+    percent = high > _HIGHEST_WEIGHT and above > _COMMON
+    bound = _HIGHEST_PERCENT if percent else _HIGHEST_WEIGHT
+    if high > bound or low < _LOWEST_WEIGHT * (100 if percent else 1):
+        raise BadInput(
+            f"{path}: shapes run from {low:g} to {high:g}, which is neither 0..1 nor percent; export it again"
+        )
+    return (values / 100, [f"weights run to {high:g}; read as percent"]) if percent else (values, [])
+
+
+def _in_radians(
+    path: Path, angles: Float[np.ndarray, "rows 9"], names: tuple[str, ...], values: Float[np.ndarray, "rows shapes"]
+) -> tuple[np.ndarray, list[str]]:
+    """Head and eye angles in radians.
+
+    Raises:
+        BadInput: larger than any angle.
+    """
+    head, eyes = (float(np.abs(part).max(initial=0.0)) for part in (angles[:, :3], angles[:, 3:]))
+    if max(head, eyes) > _HIGHEST_DEGREES:
+        raise BadInput(f"{path}: an angle is {max(head, eyes):g}, neither radians nor degrees; export it again")
+    looks = np.abs(values[:, [name.startswith("eyeLook") for name in names]]).sum()
+    turned = np.abs(angles[:, [3, 4, 6, 7]]).sum()
+    by_look = looks > 1.0 and eyes > 1e-3 and turned / looks > _DEGREES_A_WEIGHT
+    if head > _HEAD_RAD or eyes > _EYES_RAD or by_look:
+        return np.radians(angles), [f"head and eye angles run to {max(head, eyes):.3g}; read as degrees"]
+    return angles, []
 
 
 def _hold(

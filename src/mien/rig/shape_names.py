@@ -237,7 +237,10 @@ def _meaning(apart: _Name, book: _Reference) -> _Meaning | None:
     for length in range(n - 1, 0, -1):
         for start in range(n - length, -1, -1):
             before, inner, behind = words[:start], words[start : start + length], words[start + length :]
-            means = book.named(apart.side, "".join(inner))
+            stem = "".join(inner)
+            if length == 1 and not (apart.side and (apart.side, stem) in book.by_key):
+                continue  # one word says a shape only with its side: "smile" may be any part of one
+            means = book.named(apart.side, stem)
             if means and not _is_another(before, behind, book):
                 affix = (_letters(before), _letters(behind))
                 of_the_face = bool(book.vocabulary & {*before, *behind})

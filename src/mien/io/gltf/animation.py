@@ -58,9 +58,7 @@ def face_motion(
     return Transform(u @ vt, motion[:, :3, 3])
 
 
-def even_times(
-    times: Float[np.ndarray, " keys"], rate: float | None
-) -> tuple[Float[np.ndarray, " frames"], float]:
+def even_times(times: Float[np.ndarray, " keys"], rate: float | None) -> tuple[Float[np.ndarray, " frames"], float]:
     """Times from first to last key at `rate`, by default that of the keys' median spacing (30 if there is one key)."""
     if rate is None:
         rate = 30.0 if len(times) < 2 else 1.0 / max(float(np.median(np.diff(times))), 1 / _HIGHEST_RATE)
