@@ -89,3 +89,19 @@ def test_from_the_shell(tmp_path):
     assert done.stderr == "mien: take.c3d: not a C3D file; give the .c3d that the capture program exported\n"
     assert done.stdout == ""
     assert Path(tmp_path / "out.c3d").read_text() == "old"
+
+
+def test_a_converted_take_keeps_labels_rate_unit_and_gaps(tmp_path):
+    """Centimetres with a gap and a label never seen, at 59.94 frames a second, come back as millimetres."""
+    markers = take()
+    positions = markers.positions / 10
+    positions[:, 5] = np.nan
+    extra = [("Time", [f"{t / 59.94:.6f}" for t in range(5)])]
+    source = wide_csv(tmp_path / "take.csv", positions, lambda n, a: f"Jane:{n}_{a} [cm]", extra=extra)
+    convert(source, output=tmp_path / "take.c3d")
+    back = read_marker_file(tmp_path / "take.c3d")
+    assert (back.markers.labels, back.unit_mm, back.unit_source) == (markers.labels, 1.0, "file")
+    np.testing.assert_allclose(back.markers.rate, 59.94, rtol=1e-4)
+    np.testing.assert_allclose(back.markers.positions, positions * 10, atol=1e-4)
+    convert(source, output=tmp_path / "six.c3d", markers="M[0-4],M7")
+    assert read_markers(tmp_path / "six.c3d").labels == ("M0", "M1", "M2", "M3", "M4", "M7")

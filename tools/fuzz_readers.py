@@ -22,6 +22,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fuzz_mutations import damaged, damaged_folder
+from fuzz_records import record_readers
 from fuzz_seeds import Reader, readers
 
 from mien.errors import BadInput
@@ -46,7 +47,7 @@ def fuzz(
     folder: Path, seconds: float, seed: int = 0, only: str = "", keep: Path | None = None
 ) -> tuple[list[Fault], int]:
     """(faults, tries): every reader in turn until the time is over, at least once each."""
-    stock = [reader for reader in readers(folder / "seeds") if only in reader.name]
+    stock = [reader for reader in all_readers(folder / "seeds") if only in reader.name]
     end = time.monotonic() + seconds
     faults: list[Fault] = []
     tries = 0
@@ -56,6 +57,11 @@ def fuzz(
         faults += [fault] if fault else []
         tries += 1
     return faults, tries
+
+
+def all_readers(folder: Path) -> list[Reader]:
+    """Readers of files by other programs and of our own records."""
+    return [*readers(folder), *record_readers(folder)]
 
 
 def attempt(reader: Reader, number: int, seed: int, work: Path, keep: Path | None = None) -> Fault | None:

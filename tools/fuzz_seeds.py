@@ -82,7 +82,7 @@ def performance() -> Performance:
     return Performance(rig(), weights, poses, 30.0, np.ones(FRAMES, bool))
 
 
-def _fresh(folder: Path, name: str) -> Path:
+def fresh(folder: Path, name: str) -> Path:
     """The place of a seed in a folder of its own, so that its neighbours are its own."""
     place = folder / name
     place.parent.mkdir(parents=True, exist_ok=True)
@@ -91,15 +91,15 @@ def _fresh(folder: Path, name: str) -> Path:
 
 def _marker_readers(folder: Path) -> Iterator[Reader]:
     take = Markers(positions(), LABELS, 60.0)
-    c3d = _fresh(folder, "c3d/take.c3d")
+    c3d = fresh(folder, "c3d/take.c3d")
     write_c3d(c3d, take, up="+Z")
-    integers = _fresh(folder, "c3d_integers/take.c3d")
+    integers = fresh(folder, "c3d_integers/take.c3d")
     integers.write_bytes(_c3d_in_integers())
     yield Reader("c3d", (c3d, integers), read_marker_file)
     tables = {"wide.csv": _wide(), "long.csv": _long(), "motive.csv": _motive(), "nexus.csv": _nexus()}
     tables |= {"qualisys.tsv": _qualisys(), "take.trc": _trc()}
     for name, text in tables.items():
-        path = _fresh(folder, f"{name.replace('.', '_')}/{name}")
+        path = fresh(folder, f"{name.replace('.', '_')}/{name}")
         path.write_text(text)
         yield Reader(name, (path,), read_marker_file)
 
@@ -107,26 +107,26 @@ def _marker_readers(folder: Path) -> Iterator[Reader]:
 def _mesh_readers(folder: Path) -> Iterator[Reader]:
     mesh = surface()
     for suffix in (".ply", ".obj"):
-        path = _fresh(folder, f"mesh_{suffix[1:]}/scan{suffix}")
+        path = fresh(folder, f"mesh_{suffix[1:]}/scan{suffix}")
         write_mesh(path, mesh, np.full((4, 4, 3), 128, np.uint8))
         yield Reader(f"mesh{suffix}", (path,), read_scan)
-    ascii_ply = _fresh(folder, "mesh_text_ply/scan.ply")
+    ascii_ply = fresh(folder, "mesh_text_ply/scan.ply")
     ascii_ply.write_text(_ascii_ply(mesh))
     yield Reader("mesh_text.ply", (ascii_ply,), read_scan, ".textply")
-    binary_stl = _fresh(folder, "mesh_stl/scan.stl")
+    binary_stl = fresh(folder, "mesh_stl/scan.stl")
     binary_stl.write_bytes(_stl(mesh))
     yield Reader("mesh.stl", (binary_stl,), read_scan)
-    text_stl = _fresh(folder, "mesh_text_stl/scan.stl")
+    text_stl = fresh(folder, "mesh_text_stl/scan.stl")
     text_stl.write_text(_text_stl(mesh))
     yield Reader("mesh_text.stl", (text_stl,), read_scan, ".textstl")
 
 
 def _rig_readers(folder: Path) -> Iterator[Reader]:
-    glb = _fresh(folder, "rig_glb/rig.glb")
+    glb = fresh(folder, "rig_glb/rig.glb")
     write_rig(glb, rig())
     yield Reader("rig.glb", (glb,), read_rig)
     yield Reader("scan.glb", (glb,), read_scan)
-    played = _fresh(folder, "performance_glb/perf.glb")
+    played = fresh(folder, "performance_glb/perf.glb")
     write_performance(played, performance())
     yield Reader("performance.glb", (played,), read_performance)
     shapes = folder / "rig_folder"
@@ -135,7 +135,7 @@ def _rig_readers(folder: Path) -> Iterator[Reader]:
         mesh = surface()
         write_mesh(shapes / f"{name}.obj", Mesh(mesh.vertices + delta, mesh.faces, uv=mesh.uv))
     yield Reader("rig_folder", (shapes,), read_any_rig)
-    live = _fresh(folder, "livelink/live.csv")
+    live = fresh(folder, "livelink/live.csv")
     write_live_link(live, performance())
     yield Reader("livelink.csv", (live,), read_live_link)
 
@@ -154,7 +154,7 @@ def _take_readers(folder: Path) -> Iterator[Reader]:
     yield Reader("rgbd_folder", (take,), lambda path: list(read_rgbd(path)))
     recording = _record3d()
     if recording is not None:
-        path = _fresh(folder, "record3d/take.r3d")
+        path = fresh(folder, "record3d/take.r3d")
         path.write_bytes(recording)
         yield Reader("take.r3d", (path,), lambda path: list(read_rgbd(path)))
 

@@ -21,7 +21,7 @@ from .bar import bar
 from .options import use_only, verb
 from .outputs import ANY, FOLDER, check_outputs
 
-OPTIONS = ("units", "rate", "rig", "frames_as", "still")
+OPTIONS = ("units", "rate", "markers", "rig", "frames_as", "still")
 """What depends on which way a conversion goes."""
 
 _ROUTES = """a marker take to .c3d; a performance .glb to .csv (Live Link Face) or to a folder (a mesh a frame);
@@ -35,6 +35,7 @@ def convert(
     output: Annotated[Path, Parameter(name=["--output", "-o"])],
     units: str | None = None,
     rate: float | None = None,
+    markers: str | None = None,
     rig: Path | None = None,
     frames_as: Literal["ply", "obj"] = "ply",
     still: bool = False,
@@ -55,6 +56,8 @@ def convert(
         Unit of a marker take, a scan or a folder of shapes: mm, cm, m, in or millimetres in one unit.
     rate:
         Frames a second of a marker take or a Live Link Face file that does not say, or says it wrongly.
+    markers:
+        Of a marker take these alone: a pattern with or without the subject (`Actor:*`), several with commas between.
     rig:
         The face that plays a Live Link Face file; by default the bundled one.
     frames_as:
@@ -68,8 +71,8 @@ def convert(
     kind = "folder" if source.is_dir() else source.suffix.lower()
     mode = f"from {kind} to {end or 'a folder'}"
     if kind in MARKERS and end == ".c3d":
-        use_only(mode, OPTIONS, "units", "rate")
-        _markers(source, output, units, rate)
+        use_only(mode, OPTIONS, "units", "rate", "markers")
+        _markers(source, output, units, rate, markers)
     elif kind == ".csv" and end == ".glb":
         use_only(mode, OPTIONS, "rate", "rig")
         write_performance(output, read_live_link(source, rate).to_performance(_rig(rig)))
@@ -96,8 +99,8 @@ def convert(
     print(f"wrote {output}")
 
 
-def _markers(source: Path, output: Path, units: str | None, rate: float | None) -> None:
-    take = read_marker_file(source, units, rate)
+def _markers(source: Path, output: Path, units: str | None, rate: float | None, only: str | None) -> None:
+    take = read_marker_file(source, units, rate, only)
     for warning in take.warnings:
         print(f"mien: {warning}", file=sys.stderr)
     write_c3d(output, take.markers, up="+Y" if take.up_source == "file" else None)

@@ -107,9 +107,12 @@ def _pair(entry: object, where: str) -> NamedConstraint:
         raise BadInput(f'{where}: "scans" must be two names of files, got {scans}')
     if Path(scans[0]).stem == Path(scans[1]).stem:
         raise BadInput(f"{where}: both scans are {scans[0]}; name two different ones")
-    points = [_line(point, 2, f"{where}: point {i + 1}") for i, point in enumerate(entry.get("points") or [])]
+    listed = {key: entry.get(key) or [] for key in ("points", "curves")}
+    if not all(isinstance(values, list) for values in listed.values()):
+        raise BadInput(f'{where}: "points" and "curves" must be lists')
+    points = [_line(point, 2, f"{where}: point {i + 1}") for i, point in enumerate(listed["points"])]
     curves = []
-    for i, curve in enumerate(entry.get("curves") or []):
+    for i, curve in enumerate(listed["curves"]):
         if not (isinstance(curve, list) and len(curve) == 2):
             raise BadInput(f"{where}: curve {i + 1} must be two lines, one on each scan")
         one, two = (_line(line, None, f"{where}: curve {i + 1}") for line in curve)

@@ -64,9 +64,9 @@ class LandmarkMap:
         try:
             rows = json.loads(Path(path).read_text())["landmarks"]
             table = np.array([row or [-1, 0, 0, 0] for row in rows], float)
-        except (ValueError, KeyError, TypeError) as error:
+        except (ValueError, KeyError, TypeError, OverflowError) as error:
             raise BadInput(f"{path}: not a landmark file ({error}); make it anew with `mien personalize`") from error
-        if table.shape != (COUNT, 4) or table[:, 0].max() >= len(mesh.faces):
+        if table.shape != (COUNT, 4) or not np.isfinite(table).all() or not (table[:, 0] < len(mesh.faces)).all():
             raise BadInput(f"{path}: written for another rig; make it anew with `mien personalize`")
         known = table[:, 0] >= 0
         return LandmarkMap(Attachment(np.maximum(table[:, 0], 0).astype(int), table[:, 1:]), known)

@@ -23,6 +23,8 @@ def read_attachment(path: str | Path, labels: tuple[str, ...], faces: int) -> At
         entries = json.loads(existing(path).read_text())
     except (json.JSONDecodeError, UnicodeDecodeError) as error:
         raise BadInput(f"{path}: not a JSON file ({error})") from None
+    if not isinstance(entries, dict):
+        raise BadInput(f'{path}: expected {{"LABEL": {{"face": N, "barycentric": [a, b, c]}}, ...}}')
     missing = [label for label in labels if label not in entries]
     if missing:
         raise BadInput(f"{path}: no place given for {', '.join(missing[:5])}; every marker of the take needs one")
@@ -31,7 +33,7 @@ def read_attachment(path: str | Path, labels: tuple[str, ...], faces: int) -> At
         entry = entries[label]
         try:
             triangle, barycentric = int(entry["face"]), np.asarray(entry["barycentric"], dtype=float)
-        except (TypeError, KeyError, ValueError):
+        except (TypeError, KeyError, ValueError, OverflowError):
             raise BadInput(f'{path}: {label}: expected {{"face": N, "barycentric": [a, b, c]}}, got {entry}') from None
         if not 0 <= triangle < faces:
             raise BadInput(f"{path}: {label}: triangle {triangle} is not among the rig's 0..{faces - 1}")

@@ -92,7 +92,8 @@ def _frames(path: Path, reader, bag: _Bag) -> Iterator[RGBDFrame]:
     except BadInput:
         raise
     except Exception as error:
-        raise BadInput(f"{path}: breaks off ({error}); the recording was cut off there") from error
+        why = next(iter(str(error).splitlines()), type(error).__name__)
+        raise BadInput(f"{path}: breaks off ({why}); the recording was cut off there") from error
     if waiting is not None:
         yield _pair(waiting, depth, bag, start)
 
@@ -157,13 +158,15 @@ def _last(reader, pattern: str) -> Any:
 @contextmanager
 def _reader(path: Path):
     try:
-        from rosbags.highlevel import AnyReader, AnyReaderError
-        from rosbags.rosbag1 import ReaderError
+        from rosbags.highlevel import AnyReader
         from rosbags.typesys import Stores, get_typestore
     except ImportError as error:
         raise BadInput("RealSense recordings: rosbags is missing; pip install 'mien[realsense]'") from error
     try:
         with AnyReader([path], default_typestore=get_typestore(Stores.ROS1_NOETIC)) as reader:
             yield reader
-    except (AnyReaderError, ReaderError) as error:
-        raise BadInput(f"{path}: not a whole RealSense recording ({error}); record it again") from error
+    except BadInput:
+        raise
+    except Exception as error:  # rosbags meets damage with whatever its own code stumbles over
+        why = next(iter(str(error).splitlines()), type(error).__name__)
+        raise BadInput(f"{path}: not a whole RealSense recording ({why}); record it again") from error
