@@ -70,6 +70,13 @@ def test_a_count_that_ran_over_is_the_files_length(tmp_path):
     assert len(read(data, tmp_path)) == 65_540
 
 
+def test_without_any_count_the_files_length_counts_and_its_filling_does_not(tmp_path):
+    """The header's 65,535 says nothing; five frames leave room for three more of zeros in the last block."""
+    data = changed(c3d_bytes(POSITIONS), 8, 65_535)
+    assert (len(data) - 1024) // 128 == 8
+    np.testing.assert_allclose(read(data, tmp_path), POSITIONS, rtol=1e-6)
+
+
 def test_trial_fields_hold_the_long_count(tmp_path):
     low, high = 65_540 % 65_536, 1
     trial = record(-5, "TRIAL") + record(5, "ACTUAL_START_FIELD", struct.pack("<bBBHH", 2, 1, 2, 1, 0))

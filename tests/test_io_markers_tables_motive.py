@@ -29,9 +29,7 @@ def test_two_row_header_of_optitrack(tmp_path):
 HEAD = ("Head:Marker 001", "Head:Marker 002", "Head:Marker 003")
 
 
-def export(
-    path, rotation="XYZW", unit="Millimeters", scale=1.0, with_head=True, rates="Export Frame Rate,60.0"
-):
+def export(path, rotation="XYZW", unit="Millimeters", scale=1.0, with_head=True, rates="Export Frame Rate,60.0"):
     """A take with a rigid body: its rotation, position, error, its markers with their quality, and labelled markers."""
     positions = take().positions
     head = np.tile(np.array([[0.0, 90, -20], [40, 90, -30], [-40, 90, -30]]), (5, 1, 1))

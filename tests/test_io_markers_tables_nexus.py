@@ -54,6 +54,18 @@ def test_trailing_commas_as_spreadsheets_leave_them(tmp_path):
     np.testing.assert_allclose(read_marker_file(tmp_path / "take.csv").markers.positions, take().positions, atol=1e-5)
 
 
+def test_the_older_form(tmp_path):
+    """Titles in capitals, the rate with its unit, Field # and no sub-frames."""
+    names = ["", *(cell for name in NAMES for cell in (f"Jane:{name}", "", ""))]
+    lines = ["ANALOG", "1080,Hz", "Sample #,Fz1,Fz2,Fz3", ",(N),(N),(N)", "1,0.1,0.2,0.3", "", "TRAJECTORIES", "120,Hz"]
+    lines += [",".join(names), ",".join(["Field #", *"XYZ" * 8]), ",".join(["", *["(mm)"] * 24])]
+    lines += [",".join([str(t + 1), *row]) for t, row in enumerate(cells(take().positions))]
+    (tmp_path / "take.csv").write_text("\n".join(lines))
+    read = read_marker_file(tmp_path / "take.csv")
+    assert (read.markers.labels, read.markers.rate, read.unit_source, read.warnings) == (NAMES, 120, "file", ())
+    np.testing.assert_allclose(read.markers.positions, take().positions, atol=1e-5)
+
+
 def test_no_trajectories_is_told(tmp_path):
     (tmp_path / "take.csv").write_text("\n".join([*DEVICES, "", *MODEL]))
     assert "no section Trajectories, only devices, model outputs" in refusal(tmp_path / "take.csv")

@@ -16,7 +16,7 @@ from mien.landmarks.on_rig import LandmarkMap
 from mien.markers.attachment_file import read_attachment
 from mien.scans.scan_files import match_scans
 from mien.scans.scan_rig import read_scan_rig
-from mien.scans.selection import read_selection
+from mien.scans.select.take_selection import read_selection
 
 BARYCENTRIC = [0.2, 0.3, 0.5]
 

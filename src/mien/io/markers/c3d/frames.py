@@ -28,6 +28,8 @@ class C3dLayout:
     scale: float
     """Length of one integer step; negative: floats."""
     frames: int
+    counted: bool = False
+    """The number of frames is that for which the file has room; zeros may fill its last block."""
 
     @property
     def width(self) -> int:
@@ -59,7 +61,7 @@ def find_layout(path: Path, size: int, header: C3dHeader, parameters: C3dParamet
     inside = [layout for layout in stated if layout.end <= size]
     if not inside:
         first = stated[0]
-        there = max(size - first.start, 0) // first.frame_bytes
+        there = _room(first, size)
         raise BadInput(f"{path}: cut off: its header promises {first.frames} frames, {there} are there; copy it again")
     filling = [layout for layout in inside if size - layout.end < BLOCK] or inside
     if len({layout.points for layout in filling}) > 1:
@@ -77,9 +79,18 @@ def read_frames(data: bytes, layout: C3dLayout, processor: int) -> Float[np.ndar
     per_frame = _POINT_VALUES * layout.points
     points = values.reshape(layout.frames, per_frame + layout.analog)[:, :per_frame]
     points = points.reshape(layout.frames, layout.points, _POINT_VALUES)
+    if layout.counted:
+        points = points[: _without_fill(points, BLOCK // layout.frame_bytes)]
     step = 1.0 if layout.scale < 0 else layout.scale
     seen = (points[:, :, 3] >= 0) & np.isfinite(points[:, :, :3]).all(axis=2)
     return np.where(seen[:, :, None], points[:, :, :3], np.nan) * step
+
+
+def _without_fill(points: Float[np.ndarray, "frames points 4"], most: int) -> int:
+    """Frames without those at the end, `most` at most, that are nothing but zeros."""
+    empty = ~points[-most:].any(axis=(1, 2)) if most else np.zeros(0, bool)
+    filled = int(np.argmin(empty[::-1])) if not empty.all() else len(empty)
+    return len(points) - filled
 
 
 def _stated(size: int, header: C3dHeader, parameters: C3dParameters) -> Iterator[C3dLayout]:
@@ -92,19 +103,26 @@ def _stated(size: int, header: C3dHeader, parameters: C3dParameters) -> Iterator
     analogs = _distinct(header.analog, _analog(header, parameters))
     for start, count, scale, analog in product(starts, points, scales, analogs):
         layout = C3dLayout(start, count, analog, scale, 0)
-        for frames in _frame_counts(layout, size, header, parameters):
-            yield replace(layout, frames=frames)
+        counts = _frame_counts(layout, size, header, parameters)
+        yield from (replace(layout, frames=frames) for frames in counts)
+        if not counts:
+            yield replace(layout, frames=_room(layout, size), counted=True)
 
 
 def _frame_counts(layout: C3dLayout, size: int, header: C3dHeader, parameters: C3dParameters) -> list[int]:
     """Numbers of frames that the file states; from 65,535 on the header has no room, and the file's length tells."""
-    there = (size - layout.start) // max(layout.frame_bytes, 1)
+    there = _room(layout, size)
     short = _distinct(header.frames, parameters.count("POINT", "FRAMES"))
     short = [count for count in short if 0 < count < LARGEST_WORD]
     wrapped = [count + (there - count) // (LARGEST_WORD + 1) * (LARGEST_WORD + 1) for count in short if count < there]
     long = _distinct(_trial_frames(parameters), parameters.count("POINT", "LONG_FRAMES"))
     long = [count for count in long if count >= 1]
-    return _distinct(*long, *short, *wrapped) or [there]
+    return _distinct(*long, *short, *wrapped)
+
+
+def _room(layout: C3dLayout, size: int) -> int:
+    """Whole frames for which the file has room."""
+    return max(size - layout.start, 0) // max(layout.frame_bytes, 1)
 
 
 def _trial_frames(parameters: C3dParameters) -> int | None:

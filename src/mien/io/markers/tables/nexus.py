@@ -1,15 +1,34 @@
 """CSV of Vicon Nexus: sections one below the other, of which Trajectories are the markers."""
 
+from itertools import pairwise
 from pathlib import Path
 
 from ....errors import BadInput
 from ..marker_file import RawTake
-from .delimited_table import is_number
-from .table_header import table_under_header
+from .table_header import is_rate, table_under_header
 from .wide_table import read_wide
 
 _MARKERS = "trajectories"
-_SECTIONS = (_MARKERS, "devices", "model outputs", "joints", "segments", "events", "force plates", "cameras", "objects")
+_SECTIONS = frozenset(
+    {
+        _MARKERS,
+        "devices",
+        "analog",
+        "model outputs",
+        "angles",
+        "forces",
+        "moments",
+        "powers",
+        "joints",
+        "segments",
+        "events",
+        "force plates",
+        "cameras",
+        "objects",
+        "parameters",
+    }
+)
+_WITHOUT_RATE = ("events", "parameters")
 _SUBFRAME = frozenset({"sub frame", "subframe", "sub_frame"})
 
 
@@ -36,11 +55,11 @@ def read_nexus(path: Path, rows: list[list[str]]) -> RawTake:
 
 
 def _sections(rows: list[list[str]]) -> list[tuple[int, str]]:
-    """(row, title) of every section: a title alone in a row, and its rate alone in the next."""
+    """(row, title) of every section: a title alone in a row, and its rate in the next (`120`, of old `120,Hz`)."""
     found = []
-    for i, row in enumerate(rows):
+    for i, (row, after) in enumerate(pairwise([*rows, []])):
         title = _lone(row).lower()
-        if title in _SECTIONS and (title == "events" or is_number(_lone(rows[i + 1] if i + 1 < len(rows) else []))):
+        if title in _SECTIONS and (title in _WITHOUT_RATE or is_rate(after)):
             found.append((i, title))
     return found
 

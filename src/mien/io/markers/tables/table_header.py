@@ -43,7 +43,7 @@ def table_under_header(path: Path, rows: list[list[str]], first_row: int = 1) ->
         names, units = names_and_units(columns)
         start = i + 1
         if start < len(cells) and is_unit_row(cells[start]):
-            units = [old or new for old, new in zip(units, pad(cells[start], len(units)), strict=True)]
+            units = [old or new.strip("[]()") for old, new in zip(units, pad(cells[start], len(units)), strict=True)]
             start += 1
         return DelimitedTable(
             path=path,
@@ -112,9 +112,15 @@ def read_preamble(rows: list[list[str]]) -> dict[str, str]:
         pairs.update({key.lower(): value for key, value in zip(row[::2], row[1::2], strict=False) if key and value})
         filled = [cell for cell in row if cell]
         pairs.update({found[1].lower(): found[2] for cell in filled if (found := _KEY_VALUE.match(cell))})
-        if len(filled) == 1 and is_number(filled[0]):
+        if is_rate(row):
             pairs["rate"] = filled[0]
     return pairs
+
+
+def is_rate(row: list[str]) -> bool:
+    """A number that opens a row and stands alone there, but for its unit: `120` or `120,Hz`."""
+    rest = {cell.lower() for cell in row[1:]}
+    return bool(row) and is_number(row[0]) and rest <= {"", "hz"}
 
 
 def _columns(rows: list[list[str]], i: int) -> list[str] | None:
