@@ -7,7 +7,7 @@ import pytest
 
 from marker_files import FACE, NAMES, custom_c3d, refusal
 from mien.io.markers import read_marker_file, read_markers
-from mien.io.markers.marker_labels import is_unlabelled, number_repeated, without_subject
+from mien.io.markers.marker_labels import is_unlabelled, main_subject, number_repeated, without_subject
 
 
 def test_labels_that_come_twice_are_numbered(tmp_path):
@@ -67,6 +67,13 @@ def test_subjects():
     assert without_subject(["J:a", "K:a"]) == ["J:a", "K:a"]
 
 
+def test_the_main_subject():
+    labels = [*(f"Face:{i}" for i in range(7)), "Body:1", "Body:2"]
+    assert main_subject(labels) == list(range(7))
+    assert main_subject([*labels, "Body:3", "Body:4"]) == list(range(11))
+    assert main_subject([]) == []
+
+
 def test_a_pattern_chooses_markers(tmp_path):
     labels = [f"Face:{name}" for name in NAMES] + [f"Body:B{i}" for i in range(8)]
     points = np.concatenate([np.tile(FACE, (3, 1, 1)), np.tile(FACE * 10 + 900, (3, 1, 1))], axis=1)
@@ -75,4 +82,5 @@ def test_a_pattern_chooses_markers(tmp_path):
         read = read_marker_file(path, only=pattern)
         assert (read.markers.labels, read.warnings) == (NAMES, ())
     assert "no marker matches 'Hand:*'; there are Face:M0" in refusal(path, only="Hand:*")
-    assert "more than a face" in read_marker_file(path).warnings[0]
+    assert read_marker_file(path).markers.labels == NAMES
+    assert len(read_marker_file(path, whole=True).markers.labels) == 16

@@ -5,7 +5,7 @@ import pytest
 
 from marker_files import FACE, NAMES, custom_c3d, refusal, take, wide_csv
 from mien.io.markers import read_marker_file, read_markers
-from mien.io.units import known_unit, largest_cluster
+from mien.io.units import face_cluster, known_unit, largest_cluster
 
 
 @pytest.mark.parametrize(("unit", "mm"), [("mm", 1), ("cm", 10), ("m", 1000), ("in", 25.4)])
@@ -58,9 +58,31 @@ LABELS = [f"M{i}" for i in range(18)]
 
 
 def test_a_body_beside_the_face_is_told(tmp_path):
-    read = read_marker_file(custom_c3d(tmp_path / "take.c3d", LABELS, body_beside(), units=("mm",)))
+    path = custom_c3d(tmp_path / "take.c3d", LABELS, body_beside(), units=("mm",))
+    read = read_marker_file(path, whole=True)
     assert read.markers.labels == tuple(LABELS)
-    assert "more than a face; is a body or a prop in it?" in read.warnings[0]
+    assert read.warnings == ()
+    read = read_marker_file(path)
+    assert read.markers.labels == tuple(LABELS[:8])
+    assert "8 markers stand together as a face's do and are read; 10 others are left out (M8, M9" in read.warnings[0]
+
+
+def test_a_prop_and_a_ghost_beside_the_face(tmp_path):
+    """A wand two metres off in every frame is left out; a marker that strays in one frame stays."""
+    points = np.concatenate([np.tile(FACE, (9, 1, 1)), np.full((9, 1, 3), 2000.0)], axis=1)
+    points[4, 3] += 3000
+    points[::2, 5] = 0
+    read = read_marker_file(custom_c3d(tmp_path / "take.c3d", [*NAMES, "Wand"], points, units=("mm",)))
+    assert read.markers.labels == NAMES
+    assert "1 others are left out (Wand)" in read.warnings[0]
+
+
+def test_a_dense_body_is_parted_from_the_face():
+    """A body whose markers stand 70 mm apart up to the chin: a shorter link parts it."""
+    below = np.array([[0.0, -130 - 70 * i, 20] for i in range(20)])
+    face = np.concatenate([FACE, FACE + np.array([8, -9, 2]), FACE - np.array([9, -11, 2])])
+    points = np.tile(np.concatenate([below, face]), (3, 1, 1))
+    np.testing.assert_array_equal(face_cluster(points, 1.0), range(20, 44))
 
 
 def test_without_a_unit_the_face_beside_a_body_decides(tmp_path):

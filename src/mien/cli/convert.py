@@ -100,7 +100,7 @@ def convert(
 
 
 def _markers(source: Path, output: Path, units: str | None, rate: float | None, only: str | None) -> None:
-    take = read_marker_file(source, units, rate, only)
+    take = read_marker_file(source, units, rate, only, whole=True)
     for warning in take.warnings:
         print(f"mien: {warning}", file=sys.stderr)
     write_c3d(output, take.markers, up="+Y" if take.up_source == "file" else None)

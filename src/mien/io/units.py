@@ -29,8 +29,12 @@ FACE_SPAN_MM = (45.0, 400.0)
 TYPICAL_SPAN_MM = 140.0
 """Box diagonal of the markers on an adult's brows, nose, cheeks and mouth: what `guess_unit` scales to."""
 
-NEIGHBOUR_MM = 80.0
-"""Neighbouring markers of one face lie nearer than this: seven on a face stand about 60 mm apart, a hundred 12."""
+NEIGHBOUR_MM = (80.0, 60.0, 45.0, 30.0)
+"""Longest links that are tried between neighbouring markers of one face: seven on a face stand about 60 mm apart, a
+hundred 12; the shorter ones part a face from a dense body."""
+
+CLUSTER_FRAMES = 40
+"""Frames in which clusters are looked for: one frame may hold a ghost."""
 
 FEWEST_TOGETHER = 6
 """Markers in a cluster that may be a face."""
@@ -103,8 +107,8 @@ def guess_unit(positions: Float[np.ndarray, "frames markers 3"]) -> float:
     return TYPICAL_SPAN_MM / cloud_span(positions)
 
 
-def check_span(path: Path, positions: Float[np.ndarray, "frames markers 3"], mm: float, source: str) -> list[str]:
-    """Refuse a unit, told or written in the file, that makes no face of a cloud (in file units); lines to tell.
+def check_span(path: Path, positions: Float[np.ndarray, "frames markers 3"], mm: float, source: str) -> None:
+    """Refuse a unit, told or written in the file, that makes no face of a cloud (in file units).
 
     A body, a prop or a second actor may stand beside the face: a cloud that is too large passes where some six markers
     lie together as a face's do. `source` says who named the unit.
@@ -115,12 +119,9 @@ def check_span(path: Path, positions: Float[np.ndarray, "frames markers 3"], mm:
     span = cloud_span(positions)
     low, high = FACE_SPAN_MM
     if low <= span * mm <= high:
-        return []
-    together = len(largest_cluster(positions, NEIGHBOUR_MM / mm)) if span * mm > high else 0
-    if together >= FEWEST_TOGETHER:
-        return [
-            f"{path}: the markers span {_length(span * mm)} ({source}), more than a face; is a body or a prop in it?"
-        ]
+        return
+    if span * mm > high and len(face_cluster(positions, mm)):
+        return
     size = f"{path}: the markers span {_length(span * mm)} with {mm:g} mm a unit ({source}), but a face spans 60-260 mm"
     fits = fitting_units(span)
     if not fits and span * mm > high:
@@ -158,6 +159,26 @@ def settle_unit(path: Path, positions: Float[np.ndarray, "frames markers 3"]) ->
         f"{TYPICAL_SPAN_MM:.0f} mm, so absolute size is a guess (--units NUMBER gives the millimetres in one unit)"
     )
     return mm, "guessed", note
+
+
+def face_cluster(positions: Float[np.ndarray, "frames markers 3"], mm: float) -> Int[np.ndarray, " members"]:
+    """The markers that stand together and span a face (positions times `mm` are millimetres); empty where none do.
+
+    Of frames spread over the take, those count in which a marker is seen; it belongs where it does in most of them.
+    """
+    seen = visible(positions)
+    count = seen.sum(axis=1)
+    full = np.flatnonzero(count >= max(FEWEST_TOGETHER, np.median(count[count > 0]) if count.any() else 0))
+    frames = full[np.linspace(0, len(full) - 1, min(len(full), CLUSTER_FRAMES)).astype(np.int64)]
+    low, high = FACE_SPAN_MM
+    for radius in NEIGHBOUR_MM:
+        votes = np.zeros(positions.shape[1])
+        for frame in frames:
+            votes[largest_cluster(positions[frame : frame + 1], radius / mm)] += 1
+        members = np.flatnonzero(2 * votes > seen[frames].sum(axis=0))
+        if len(members) >= FEWEST_TOGETHER and low <= cloud_span(positions[:, members]) * mm <= high:
+            return members
+    return np.zeros(0, np.int64)
 
 
 def largest_cluster(

@@ -27,7 +27,11 @@ def read_markers(
 
 
 def read_marker_file(
-    path: str | Path, unit: str | None = None, rate: float | None = None, only: str | None = None
+    path: str | Path,
+    unit: str | None = None,
+    rate: float | None = None,
+    only: str | None = None,
+    whole: bool = False,
 ) -> MarkerFile:
     """Read `.c3d`, `.trc`, `.csv`, `.tsv` or `.txt` and turn it into millimetres.
 
@@ -42,6 +46,7 @@ def read_marker_file(
         unit: "mm", "cm", "m", "in" or millimetres in one unit as a number; overrides the file's. Where nobody says: the
             first of these that makes a face of the marker cloud, else the scale of a typical face (see `unit_source`).
         rate: frames a second; overrides the file's. Where nobody says: 30.
+        whole: keep a body, a prop, a second actor, where a face stands among them; by default the face alone is read.
         only: read the markers that match this pattern alone, `Actor:*` or `face*,nose`, with or without their subject.
 
     Raises:
@@ -53,7 +58,7 @@ def read_marker_file(
     if reader is None:
         kind = path.suffix or "a file without suffix"
         raise BadInput(f"{path}: cannot read {kind} as a marker take; give one of {' '.join(READERS)}")
-    return finish(path, reader(path), unit, rate, only)
+    return finish(path, reader(path), unit, rate, only, whole)
 
 
 __all__ = ["MarkerFile", "read_marker_file", "read_markers", "write_c3d"]

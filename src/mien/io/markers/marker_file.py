@@ -8,8 +8,16 @@ from jaxtyping import Float
 
 from ...clip import Markers, visible
 from ...errors import BadInput
-from ..units import check_span, cloud_span, parse_unit, settle_unit
-from .marker_labels import FEWEST_MARKERS, choose_labelled, matching, number_repeated, without_subject
+from ..units import FACE_SPAN_MM, check_span, cloud_span, face_cluster, parse_unit, settle_unit
+from .marker_labels import (
+    FEWEST_MARKERS,
+    choose_labelled,
+    listed,
+    main_subject,
+    matching,
+    number_repeated,
+    without_subject,
+)
 
 DEFAULT_RATE = 30.0
 """Frames a second of a file that does not say: what most cameras do."""
@@ -50,8 +58,13 @@ class MarkerFile:
     """One line each, for whoever runs the job: what was assumed, guessed or left out."""
 
 
-def finish(path: Path, raw: RawTake, unit: str | None, rate: float | None, only: str | None = None) -> MarkerFile:
+def finish(
+    path: Path, raw: RawTake, unit: str | None, rate: float | None, only: str | None = None, whole: bool = False
+) -> MarkerFile:
     """Choose the markers, settle their names, unit and rate, and turn a raw take into millimetres.
+
+    Where the take is larger than a face and some markers of it stand together as one, these alone are kept, unless the
+    `whole` take is asked for.
 
     Raises:
         BadInput: no points, fewer than six markers, nothing seen, a rate or unit that cannot be, no match for `only`.
@@ -59,10 +72,12 @@ def finish(path: Path, raw: RawTake, unit: str | None, rate: float | None, only:
     chosen = choose_markers(path, replace(raw, positions=gaps_to_nan(raw.positions)), only)
     never = check_markers(path, chosen.positions, chosen.labels)
     mm, source, unit_lines = _settled_unit(path, chosen, unit)
+    if not whole:
+        chosen = _face_alone(path, chosen, mm)
     rate, rate_lines = _settled_rate(path, chosen, rate)
     never_lines = [f"{path}: never seen: {', '.join(never)}"] if never else []
     return MarkerFile(
-        markers=Markers(chosen.positions * mm, chosen.labels, rate, chosen.notes),
+        markers=Markers(chosen.positions * mm, tuple(without_subject(list(chosen.labels))), rate, chosen.notes),
         unit_mm=mm,
         unit_source=source,
         up_source=raw.up_source,
@@ -80,7 +95,7 @@ def choose_markers(path: Path, raw: RawTake, only: str | None) -> RawTake:
     wanted = list(range(len(labels))) if only is None else matching(path, labels, only)
     among = [labels[i] for i in wanted]
     kept, names, chosen_lines = choose_labelled(path, raw.positions[:, wanted], among)
-    names, numbered_lines = number_repeated(path, without_subject(names))
+    names, numbered_lines = number_repeated(path, names)
     return replace(
         raw,
         positions=raw.positions[:, [wanted[i] for i in kept]],
@@ -120,15 +135,32 @@ def check_markers(path: Path, positions: Float[np.ndarray, "frames markers 3"], 
     return [labels[i] for i in np.flatnonzero(~seen)]
 
 
+def _face_alone(path: Path, raw: RawTake, mm: float) -> RawTake:
+    """Without a body, a prop, a second actor beside the face; a warning says so."""
+    if cloud_span(raw.positions) * mm <= FACE_SPAN_MM[1]:
+        return raw
+    face = face_cluster(raw.positions, mm)
+    face = face[main_subject([raw.labels[i] for i in face])]
+    if not 0 < len(face) < len(raw.labels):
+        return raw
+    others = [label for i, label in enumerate(raw.labels) if i not in set(face.tolist())]
+    line = (
+        f"{path}: {len(face)} markers stand together as a face's do and are read; {len(others)} others are left out "
+        f"({listed(others)}); --markers PATTERN chooses by name"
+    )
+    labels = tuple(raw.labels[i] for i in face)
+    return replace(raw, positions=raw.positions[:, face], labels=labels, warnings=(*raw.warnings, line))
+
+
 def _settled_unit(path: Path, raw: RawTake, unit: str | None) -> tuple[float, str, list[str]]:
     """(mm per unit, where from, lines)."""
     if unit is not None:
         mm = parse_unit(unit)
-        lines = check_span(path, raw.positions, mm, f"--units {unit}")
-        return mm, "argument", lines
+        check_span(path, raw.positions, mm, f"--units {unit}")
+        return mm, "argument", []
     if raw.mm is not None:
-        lines = check_span(path, raw.positions, raw.mm, "as the file says")
-        return raw.mm, "file", lines
+        check_span(path, raw.positions, raw.mm, "as the file says")
+        return raw.mm, "file", []
     mm, source, note = settle_unit(path, raw.positions)
     return mm, source, [note]
 

@@ -17,6 +17,9 @@ CONTINUOUS_SHARE = 0.5
 """Share of the frames through which an unlabelled trajectory must be seen to count as a marker: shorter ones are the
 pieces of one, or ghosts."""
 
+MAIN_SHARE = 0.75
+"""Of markers that stand together: from here on the others are a body's that happen to be near."""
+
 _UNLABELLED = re.compile(
     r"(\*\d*|_*unlabell?ed.*|unlbl.*|uname\W*\d*|unnamed.*|unidentified.*|unknown.*|undefined.*|)", re.IGNORECASE
 )
@@ -34,6 +37,16 @@ def without_subject(labels: list[str]) -> list[str]:
     """`subject:NAME` -> `NAME`, unless that makes two labels the same (two people in one take keep their prefixes)."""
     short = [_last_part(label) or label for label in labels]
     return short if len(set(short)) == len(set(labels)) else labels
+
+
+def main_subject(labels: list[str]) -> list[int]:
+    """The labels of the subject (`Face:NAME`) that has at least `MAIN_SHARE` of them; all where none has."""
+    subjects = [label.rpartition(":")[0] for label in labels]
+    if not subjects:
+        return []
+    subject, times = Counter(subjects).most_common(1)[0]
+    main = times >= max(FEWEST_MARKERS, MAIN_SHARE * len(labels))
+    return [i for i, other in enumerate(subjects) if other == subject or not main]
 
 
 def matching(path: Path, labels: list[str], pattern: str) -> list[int]:

@@ -88,7 +88,7 @@ def read_frames(data: bytes, layout: C3dLayout, processor: int) -> Float[np.ndar
 
 def _without_fill(points: Float[np.ndarray, "frames points 4"], most: int) -> int:
     """Frames without those at the end, `most` at most, that are nothing but zeros."""
-    empty = ~points[-most:].any(axis=(1, 2)) if most else np.zeros(0, bool)
+    empty = np.asarray(~points[-most:].any(axis=(1, 2))) if most else np.zeros(0, bool)
     filled = int(np.argmin(empty[::-1])) if not empty.all() else len(empty)
     return len(points) - filled
 
