@@ -28,6 +28,7 @@ def solve(
     rig: Path | None = None,
     units: str | None = None,
     rate: float | None = None,
+    markers: str | None = None,
     attach: Path | None = None,
     save_attach: Path | None = None,
     picture: Path | None = None,
@@ -49,6 +50,9 @@ def solve(
         mm, cm, m, in, or millimetres in one unit as a number; needed only where the file's own claim is wrong.
     rate
         Frames a second, where the file does not say.
+    markers
+        Solve these alone: a pattern with or without the subject (`Actor:*`), several with commas between. By default
+        the face is found among a body and props by how its markers stand together.
     attach
         JSON that places every marker by hand; made by --save-attach and edited.
     save_attach
@@ -64,7 +68,7 @@ def solve(
     of_scans = rig is not None and record_beside(rig).is_file()
     if of_scans:
         refuse_unused("on a rig of scans", "attach", "save_attach", "config")
-    file = read_marker_file(existing(take), units, rate)
+    file = read_marker_file(existing(take), units, rate, markers)
     if rig is not None and of_scans:
         return solve_on_rig_of_scans(rig, take.name, file, output, picture, report)
     face = read_face(rig)

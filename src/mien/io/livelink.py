@@ -104,6 +104,10 @@ class LiveLinkTake:
         return Performance(rig, weights, Transform(rotations, np.zeros((len(rotations), 3))), self.rate, self.tracked)
 
 
+LARGEST = 1e6
+"""No weight, percent or angle is as large: such cells, and infinite ones, count as empty."""
+
+
 def read_live_link(path: str | Path, rate: float | None = None) -> LiveLinkTake:
     """Read a Live Link Face CSV, or what other programs write in its place.
 
@@ -121,6 +125,7 @@ def read_live_link(path: str | Path, rate: float | None = None) -> LiveLinkTake:
     if not body:
         raise BadInput(f"{path}: has no frames; the recording is empty")
     cells = _values(path, body, [*columns.shapes, *columns.angles])
+    cells = np.where(np.abs(cells) < LARGEST, cells, np.nan)
     k = len(columns.shapes)
     columns_seen = cells[:, :k]
     seen = np.asarray(np.isfinite(columns_seen).all(axis=1))

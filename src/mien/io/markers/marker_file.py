@@ -146,7 +146,7 @@ def _face_alone(path: Path, raw: RawTake, mm: float) -> RawTake:
     others = [label for i, label in enumerate(raw.labels) if i not in set(face.tolist())]
     line = (
         f"{path}: {len(face)} markers stand together as a face's do and are read; {len(others)} others are left out "
-        f"({listed(others)}); --markers PATTERN chooses by name"
+        f"({listed(others)}); solve and convert choose by name with --markers PATTERN"
     )
     labels = tuple(raw.labels[i] for i in face)
     return replace(raw, positions=raw.positions[:, face], labels=labels, warnings=(*raw.warnings, line))
