@@ -31,7 +31,7 @@ def test_the_command_tells_what_is_wrong(tmp_path, monkeypatch):
         register(folder, **given, strict=True)
     with pytest.raises(BadInput, match="a folder; its scans need the take"):
         register(folder, output=tmp_path / "face.glb")
-    with pytest.raises(BadInput, match="one scan; --markers"):
+    with pytest.raises(BadInput, match="--markers does nothing for one scan"):
         register(folder / "s_010.ply", **given)
     (folder / "s_070.ply").rename(folder / "s_071.ply")
     with pytest.raises(BadInput, match=r"1 scan.s. of selected frames can be used.*frame 71 is not among the selected"):

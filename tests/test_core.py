@@ -1,7 +1,15 @@
-"""The core works with none of the extras: they are made impossible to import, then everything is imported."""
+"""The core works with none of the extras: they are made impossible to import, then everything is imported.
+
+And the public names: each is there, `import mien` brings none of them yet, and is quick.
+"""
 
 import subprocess
 import sys
+from pathlib import Path
+
+import pytest
+
+import mien
 
 EXTRAS = ("mediapipe", "cv2", "rosbags", "lzfse", "viser", "pxr")
 
@@ -16,15 +24,63 @@ import mien
 names = [m.name for m in pkgutil.walk_packages(mien.__path__, "mien.") if not m.name.endswith("__main__")]
 for name in names:
     importlib.import_module(name)
-from mien.faces import load_face
-face = load_face()
+for name in dir(mien):
+    getattr(mien, name)
+face = mien.load_face()
 import numpy as np
 assert face.rig.vertices(np.zeros(len(face.rig.names))).shape == face.rig.neutral.vertices.shape
+from mien.landmarks.detector import require_landmarker
+for extra, call in (
+    ("mien[landmarks]", require_landmarker),
+    ("mien[realsense]", lambda: mien.read_rgbd(BAG)),
+    ("mien[record3d]", lambda: mien.read_rgbd(R3D)),
+):
+    try:
+        call()
+    except mien.BadInput as error:
+        print(extra in str(error), error, file=sys.stderr)
 print(len(names), "modules")
 """
 
+QUICK_S = 0.1
+"""`import mien`, seconds of processor time."""
 
-def test_core_imports_and_works_without_extras():
-    done = subprocess.run([sys.executable, "-c", PROGRAM], capture_output=True, text=True)
+
+def run(program: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+
+
+def test_core_imports_and_works_without_extras(tmp_path):
+    for name in ("a.bag", "a.r3d"):
+        (tmp_path / name).write_bytes(b"#ROSBAG V2.0\n" + bytes(64))
+    places = f"BAG, R3D = {str(tmp_path / 'a.bag')!r}, {str(tmp_path / 'a.r3d')!r}\n"
+    done = run(places + PROGRAM)
     assert done.returncode == 0, done.stderr
     assert int(done.stdout.split()[0]) > 20
+    assert "mien[realsense]" in done.stderr
+
+
+def test_import_brings_nothing_yet_and_is_quick():
+    program = """
+import sys, time
+before = time.process_time()
+import mien
+spent = time.process_time() - before
+heavy = [name for name in sys.modules if name in ("numpy", "scipy", "numba") or name.startswith("mien.")]
+print(spent, heavy)
+"""
+    spent, heavy = run(program).stdout.split(maxsplit=1)
+    assert float(spent) < QUICK_S
+    assert heavy.strip() == "[]"
+
+
+def test_public_names_are_there_and_listed_for_editors():
+    for name in dir(mien):
+        assert getattr(mien, name) is not None
+    source = Path(mien.__file__).read_text()
+    assert all(f" as {name}\n" in source for name in dir(mien) if not name.startswith("__"))
+
+
+def test_a_name_that_is_not_there():
+    with pytest.raises(AttributeError, match="no_such_name"):
+        mien.no_such_name  # noqa: B018

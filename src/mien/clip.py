@@ -5,6 +5,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Float
 
+from .one_line import count, one_line
+
 
 def visible(positions: Float[np.ndarray, "frames markers 3"]) -> Bool[np.ndarray, "frames markers"]:
     """Where a marker was seen: all three coordinates are finite."""
@@ -23,6 +25,13 @@ class Markers:
     """Frames a second."""
     notes: dict[str, np.ndarray] | None = None
     """Further columns of the file, one value a frame (a stimulus name, a time code)."""
+
+    def __repr__(self) -> str:
+        seconds = len(self.positions) / self.rate
+        gaps = 1 - self.seen.mean() if self.positions.size else 0.0
+        frames = count(len(self.positions), "frames")
+        taken = f"{frames} at {self.rate:g} a second ({seconds:.1f} s)"
+        return one_line(self, count(len(self.labels), "markers"), taken, f"{gaps:.1%} unseen")
 
     def __post_init__(self):
         if len(self.labels) != self.positions.shape[1]:

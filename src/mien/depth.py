@@ -8,6 +8,7 @@ from jaxtyping import Bool, Float, Float32, UInt8
 from ._kernels import track_depth
 from .camera import Camera
 from .errors import BadInput
+from .one_line import one_line
 
 
 @dataclass(frozen=True)
@@ -20,6 +21,11 @@ class RGBDFrame:
     """Millimetres along the camera's z; 0 or NaN where there is none. None for colour video."""
     time: float
     """Seconds since the take began."""
+
+    def __repr__(self) -> str:
+        seen = [image.shape for image in (self.color, self.depth) if image is not None]
+        kinds = " and ".join(n for n, image in (("colour", self.color), ("depth", self.depth)) if image is not None)
+        return one_line(self, f"{self.time:.3f} s", f"{kinds} of {seen[0][1]} x {seen[0][0]} pixels")
 
     def __post_init__(self):
         if not np.isfinite(self.time):

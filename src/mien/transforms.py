@@ -6,6 +6,8 @@ import numpy as np
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
+from .one_line import one_line
+
 
 @dataclass(frozen=True)
 class Transform:
@@ -17,6 +19,15 @@ class Transform:
     """Millimetres in the target frame."""
     scale: float = 1.0
     """1 for a rigid transform."""
+
+    def __repr__(self) -> str:
+        batch = self.rotation.shape[:-2]
+        if batch:
+            return one_line(self, "batch of " + " x ".join(map(str, batch)))
+        cosine = np.clip((np.trace(self.rotation) - 1) / 2, -1, 1)
+        moved = ", ".join(f"{x:.1f}" for x in self.translation)
+        scale = "" if self.scale == 1 else f"scale {self.scale:.4g}"
+        return one_line(self, f"turn {np.degrees(np.arccos(cosine)):.1f} degrees", f"move ({moved}) mm", scale)
 
     @staticmethod
     def identity(*batch: int) -> "Transform":

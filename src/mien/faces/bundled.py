@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ..mesh import Mesh
+from ..one_line import one_line
 from ..rig import Rig
 from .lids import fit_blink, opening
 
@@ -51,6 +52,9 @@ class BundledFace:
     contours: dict[str, Int[np.ndarray, " _"]]
     """Vertices along left_upper_lid, left_lower_lid, right_..., upper_lip, lower_lip: the edges of the openings,
     from corner to corner by increasing x. Empty for a rig from elsewhere, whose shapes are taken as they are."""
+
+    def __repr__(self) -> str:
+        return one_line(self, self.rig)
 
     def person(self, coefficients: Float[np.ndarray, " c"]) -> Rig:
         """Another person's rig: the identity's neutral with the average's expressions, fitted to the eyes.

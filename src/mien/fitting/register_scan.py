@@ -10,6 +10,7 @@ from ..faces.scan_clean import check_scan, mended
 from ..landmarks.detector import bundled_landmarks
 from ..landmarks.on_scan import Landmarks3D, LiftConfig, lift_landmarks
 from ..mesh import Attachment, Mesh, Scan, closest_point, loop_refinement, subdivided, submesh, vertex_normals
+from ..one_line import one_line
 from ..progress import SILENT, Progress
 from ..register.correspond import Rejection, Surface
 from ..register.nonrigid import Anchors, NonrigidConfig, Template
@@ -88,6 +89,9 @@ class Registration:
     """Weights of the model fit, ARKit names."""
     mended: tuple[str, ...] = ()
     """What was wrong with the scan and was put right, one line a fault."""
+
+    def __repr__(self) -> str:
+        return one_line(self, self.mesh, f"mean distance {np.nanmean(self.distances):.3f} mm")
 
 
 def register_scan(

@@ -8,6 +8,7 @@ from jaxtyping import Bool, Float
 from ..clip import Markers
 from ..faces.bundled import BundledFace
 from ..mesh import Attachment
+from ..one_line import one_line
 from ..progress import SILENT, Progress
 from ..rig import Performance, Rig
 from ..takes.depth_reliability import DepthConfig, depth_metric
@@ -50,6 +51,9 @@ class TakeSolve:
     """Samples that counted."""
     depth_known: bool
     """False where the take's depth is no measurement (tracked with one camera)."""
+
+    def __repr__(self) -> str:
+        return one_line(self, self.performance, f"mean residual {np.nanmean(self.residuals):.2f} mm")
 
 
 def solve_take(

@@ -6,6 +6,8 @@ import numpy as np
 import scipy.sparse as sp
 from jaxtyping import Float, Int, UInt8
 
+from ..one_line import count, one_line
+
 
 @dataclass(frozen=True)
 class Mesh:
@@ -21,6 +23,11 @@ class Mesh:
     """Indices into `uv`, corner by corner; None where uv goes with the vertices one to one."""
     colors: Float[np.ndarray, "n 3"] | None = None
     """Vertex colours, sRGB in 0..1."""
+
+    def __repr__(self) -> str:
+        colours = "" if self.colors is None else "vertex colours"
+        uv = "" if self.uv is None else "uv"
+        return one_line(self, count(len(self.vertices), "vertices"), count(len(self.faces), "faces"), uv, colours)
 
     def __post_init__(self):
         if len(self.faces) and (self.faces.min() < 0 or self.faces.max() >= len(self.vertices)):
@@ -48,6 +55,9 @@ class Attachment:
     """The triangle under each point."""
     barycentric: Float[np.ndarray, "p 3"]
     """Its weights on that triangle's corners; they add up to 1."""
+
+    def __repr__(self) -> str:
+        return one_line(self, count(len(self.faces), "points"))
 
     def matrix(self, mesh: Mesh) -> sp.csr_matrix:
         """D (p, n), sparse: `D @ vertices` are the points (Huang 2011, eq. 2)."""
@@ -81,3 +91,7 @@ class Scan:
     """sRGB image for the mesh's uv; None where colours are on the vertices or nowhere."""
     name: str = ""
     """What messages and files call it: the file's stem."""
+
+    def __repr__(self) -> str:
+        texture = None if self.texture is None else "texture of {1} x {0} pixels".format(*self.texture.shape)
+        return one_line(self, self.name, self.mesh, texture)

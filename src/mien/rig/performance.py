@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from ..mesh import Mesh
+from ..one_line import count, one_line
 from ..transforms import Transform
 from .rig import Rig
 
@@ -24,6 +25,11 @@ class Performance:
     """Frames a second; time 0 is the first frame."""
     tracked: Bool[np.ndarray, " frames"]
     """False where the take had nothing to go by: such frames hold the last value."""
+
+    def __repr__(self) -> str:
+        frames = count(len(self), "frames")
+        taken = f"{frames} at {self.rate:g} a second ({len(self) / self.rate:.1f} s)"
+        return one_line(self, taken, f"{int(np.sum(self.tracked)):,} tracked", self.rig)
 
     def __post_init__(self):
         t, k = self.weights.shape

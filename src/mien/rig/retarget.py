@@ -12,6 +12,7 @@ from jaxtyping import Bool, Float, Int
 
 from ..errors import BadInput
 from ..mesh import ClosestPoint, Mesh, face_areas, mass
+from ..one_line import count, one_line
 from ..solve.boxls import box_least_squares
 from .head_place import HeadPlace, find_head, place_motion
 from .performance import Performance
@@ -34,6 +35,10 @@ class Retargeted:
     """Corrective shapes transferred."""
     notes: tuple[str, ...]
     """What was matched loosely, what is missing, how the head was placed: a line each."""
+
+    def __repr__(self) -> str:
+        moved = f"{len(self.moved)} shapes moved, {len(self.dropped)} dropped"
+        return one_line(self, moved, count(self.correctives, "correctives"), self.performance)
 
 
 def retarget(

@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float, UInt8
 
 from ..mesh import Mesh
+from ..one_line import count, one_line
 
 
 @dataclass(frozen=True)
@@ -20,6 +21,10 @@ class Rig:
     """One a shape, all different; the 52 ARKit names where the shapes are those."""
     texture: UInt8[np.ndarray, "h w 3"] | None = None
     """Colour for the neutral's uv."""
+
+    def __repr__(self) -> str:
+        n = count(len(self.neutral.vertices), "vertices")
+        return one_line(self, count(len(self.names), "shapes"), n, None if self.texture is None else "texture")
 
     def __post_init__(self):
         if len(self.names) != len(self.deltas) or len(set(self.names)) != len(self.names):

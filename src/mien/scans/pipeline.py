@@ -13,6 +13,7 @@ from ..faces.bundled import BundledFace
 from ..fitting.register_scan import RegisterConfig, Registration, register_scan
 from ..image_space.constraints import NamedConstraint, place_constraints, touched
 from ..mesh import Attachment, Scan
+from ..one_line import count, one_line
 from ..progress import SILENT, Progress
 from ..register import Surface
 from ..step_cache import StepCache
@@ -95,6 +96,10 @@ class RegisteredScans:
     """Of the scans' files."""
     left_out: tuple[LeftOut, ...]
     """Scans that the rig is made without."""
+
+    def __repr__(self) -> str:
+        left_out = f"{len(self.left_out)} left out" if self.left_out else ""
+        return one_line(self, count(len(self.scans), "scans"), left_out, self.scan_rig.rig)
 
 
 def register_scans(

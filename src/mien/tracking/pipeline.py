@@ -13,6 +13,7 @@ from ..io.rgbd import RgbdTake
 from ..landmarks.detector import FaceLandmarker, Landmarks2D
 from ..landmarks.on_rig import LandmarkMap, landmarks_of
 from ..landmarks.stream import Landmarker, with_landmarks
+from ..one_line import one_line
 from ..progress import SILENT, Progress
 from ..rig import Performance, Rig
 from ..rig.facs import FACS23
@@ -64,6 +65,10 @@ class Tracked:
     """Why the take ended early; None where it was read to its end."""
     missed: int = 0
     """Frames of a live source that came while the tracker was busy: they hold the last value."""
+
+    def __repr__(self) -> str:
+        off = f"mean distance {np.nanmean(self.errors):.2f} mm" if np.isfinite(self.errors).any() else ""
+        return one_line(self, self.performance, off, self.stopped)
 
 
 def track_take(

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from ...camera import Camera
 from ...depth import RGBDFrame
+from ...one_line import count, one_line
 
 
 @dataclass(frozen=True)
@@ -29,6 +30,11 @@ class RgbdTake:
 
     notes: tuple[str, ...] = ()
     """What the reader assumed, mended or left out, a line each."""
+
+    def __repr__(self) -> str:
+        kind = "colour and depth" if self.has_depth else "colour"
+        frames = count(self.count, "frames")
+        return one_line(self, self.name, f"{frames} at {self.rate:g} a second", kind, self.camera)
 
     def __iter__(self) -> Iterator[RGBDFrame]:
         return self.frames()

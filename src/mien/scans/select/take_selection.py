@@ -10,6 +10,7 @@ from jaxtyping import Float, Int
 from ...clip import Markers
 from ...errors import BadInput
 from ...files import existing, whole
+from ...one_line import one_line
 from ...progress import SILENT, Progress
 from ...takes.preprocess import PreprocessConfig, preprocess_take
 from .marker_reduction import MarkerStudy
@@ -38,6 +39,10 @@ class TakeSelection:
     """Markers that were looked at."""
     left_out: tuple[str, ...]
     """Markers that were not."""
+
+    def __repr__(self) -> str:
+        frames = ", ".join(map(str, self.selection.frames.tolist()))
+        return one_line(self, f"frames {frames}", f"mean marker error {self.selection.errors[-1]:.3f} mm")
 
     @property
     def bases(self) -> Int[np.ndarray, " chosen"]:

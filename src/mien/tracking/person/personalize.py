@@ -26,6 +26,7 @@ from ...landmarks.on_rig import (
 )
 from ...landmarks.stream import Landmarker, with_landmarks
 from ...mesh import Mesh
+from ...one_line import count, one_line
 from ...pictures.raycast import depth_image
 from ...progress import SILENT, Progress
 from ...rig import Rig
@@ -67,6 +68,9 @@ class Personal:
     """Mean distance of the frames from the merged scan, mm."""
     merged: int
     """Frames that went into the scan."""
+
+    def __repr__(self) -> str:
+        return one_line(self, self.rig, f"{count(self.merged, 'frames')} merged")
 
 
 def personalize(
