@@ -25,7 +25,7 @@ def test_both_maps_together_leave_little(model):
 
 
 def test_detail_is_zero_at_the_neutral_but_for_what_smoothing_took(model):
-    row, column = np.divmod(model.medium.texels.places, model.medium.texels.size)
+    row, column = np.divmod(model.medium.texels.pixels, model.medium.texels.size)
     inner = (np.abs(row - 24) < 14) & (np.abs(column - 24) < 14)
     assert np.abs(model.medium.polynomial.coefficients[inner, -1]).max() < 0.3
 
@@ -60,7 +60,7 @@ def test_frames_with_holes_are_left_out_texel_by_texel():
 
 def test_high_pass_takes_a_ramp_out_and_keeps_a_ripple():
     grid = texels(patch(), 96)
-    row, column = np.divmod(grid.places, 96)
+    row, column = np.divmod(grid.pixels, 96)
     inner = (np.abs(row - 48) < 25) & (np.abs(column - 48) < 25)
     np.testing.assert_allclose(high_pass(grid, 0.1 * column, 5.0)[inner], 0, atol=1e-3)
     ripple = np.cos(2 * np.pi * column / 6)

@@ -20,13 +20,13 @@ def test_texels_lie_where_their_coordinates_say():
     mesh = patch()
     grid = texels(mesh, 64)
     at = np.einsum("pc,pcd->pd", grid.attachment.barycentric, mesh.uv[mesh.faces[grid.attachment.faces]])
-    row, column = np.divmod(grid.places, 64)
+    row, column = np.divmod(grid.pixels, 64)
     np.testing.assert_allclose(at, np.stack([(column + 0.5) / 64, 1 - (row + 0.5) / 64], 1), atol=1e-9)
 
 
 def test_images_come_back():
     grid = texels(patch(), 32)
-    values = np.random.default_rng(1).normal(size=(len(grid.places), 2))
+    values = np.random.default_rng(1).normal(size=(len(grid.pixels), 2))
     image = grid.image(values)
     assert np.isnan(image[0, 0]).all()
     np.testing.assert_array_equal(grid.of_image(image), values)
@@ -52,7 +52,7 @@ def test_frames_turn_with_the_surface():
 
 def test_sampling_a_ramp_is_exact_and_the_gutter_holds():
     grid = texels(patch(), 48)
-    row, column = np.divmod(grid.places, 48)
+    row, column = np.divmod(grid.pixels, 48)
     ramp = with_gutter(grid.image(0.3 * column + 0.7 * row))
     uv = np.random.default_rng(2).uniform(0.1, 0.9, (50, 2))
     np.testing.assert_allclose(sample(ramp, uv), 0.3 * (uv[:, 0] * 48 - 0.5) + 0.7 * ((1 - uv[:, 1]) * 48 - 0.5))

@@ -62,9 +62,9 @@ def fit_maps(folder: Path, output: Path, config: DetailConfig, unit: str | None,
     """Clips to maps."""
     import numpy as np
 
-    from ..detail.files import write_detail
+    from ..detail.disk.clips import read_training
+    from ..detail.disk.maps import write_detail
     from ..detail.fit import fit_detail
-    from ..detail.training_files import read_training
 
     training, notes = read_training(folder, unit)
     with bar() as progress:
@@ -84,8 +84,8 @@ def fit_maps(folder: Path, output: Path, config: DetailConfig, unit: str | None,
 
 def play(source: Path, maps: Path, output: Path, config: SynthesisConfig, rate: float | None) -> None:
     """A take with detail."""
-    from ..detail.files import read_detail
-    from ..detail.output import write_film, write_frames
+    from ..detail.disk.frames import write_film, write_frames
+    from ..detail.disk.maps import read_detail
     from ..detail.pipeline import synthesize
     from ..io.gltf import read_performance
     from ..io.markers import read_markers

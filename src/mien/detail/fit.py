@@ -117,7 +117,7 @@ def _fit_medium(training, base, shell, attachment, domain, config: DetailConfig,
     """Sec. 4.2: three channels, each fitted by itself."""
     at = sampler(training, base, shell, config.medium_size, config.farthest_mm)
     drive = parameter_field(domain, base.mesh, attachment, at.texels.attachment)
-    fit = PolynomialFit(len(at.texels.places), 3, config.medium)
+    fit = PolynomialFit(len(at.texels.pixels), 3, config.medium)
     for number, aligned in enumerate(aligned_frames(training), 1):
         vectors = deformation_vectors(domain.strains, aligned.markers[None])[0]
         fit.add(drive.parameters(vectors), at.displacement(aligned))
@@ -135,7 +135,7 @@ def _fit_fine(
     drive = parameter_field(domain, base.mesh, attachment, at.texels.attachment)
     uv = interpolated(base.mesh.uv, at.texels.attachment, base.mesh.faces)
     blur = config.high_pass_mm / texel_mm(base.mesh, config.fine_size)
-    fit = PolynomialFit(len(at.texels.places), 1, config.fine)
+    fit = PolynomialFit(len(at.texels.pixels), 1, config.fine)
     for number, aligned in enumerate(aligned_frames(training), 1):
         vectors = deformation_vectors(domain.strains, aligned.markers[None])[0]
         explained = medium.polynomial.evaluate(medium.field.parameters(vectors))[:, 2]

@@ -23,12 +23,21 @@ def synthesize(
     Raises:
         BadInput: markers that do not match the training's.
     """
-    drive = drive_by_markers(model, take) if isinstance(take, Markers) else drive_by_performance(model, take)
+    drive = drive_of(model, take)
     synthesizer = Synthesizer(model, config)
+    frames = synthesizer.frames(drive.positions)
+    return synthesizer, drive, told(frames, len(drive.positions), progress)
 
-    def frames() -> Iterator[SynthesizedFrame]:
-        for number, frame in enumerate(synthesizer.frames(drive.positions), 1):
-            progress.update("synthesis", number, len(drive.positions))
-            yield frame
 
-    return synthesizer, drive, frames()
+def drive_of(model: DetailModel, take: Markers | Performance) -> Drive:
+    """Markers, or points that stand in for them."""
+    if isinstance(take, Performance):
+        return drive_by_performance(model, take)
+    return drive_by_markers(model, take)
+
+
+def told(frames: Iterator[SynthesizedFrame], total: int, progress: Progress) -> Iterator[SynthesizedFrame]:
+    """The frames, each told as it comes."""
+    for number, frame in enumerate(frames, 1):
+        progress.update("synthesis", number, total)
+        yield frame

@@ -20,7 +20,7 @@ class Texels:
 
     size: int
     """Side of the map, texels."""
-    places: Int[np.ndarray, " p"]
+    pixels: Int[np.ndarray, " p"]
     """row * size + column of each; rows count from the top, as in image files."""
     attachment: Attachment
     """Where on the base mesh each one's centre is."""
@@ -28,12 +28,12 @@ class Texels:
     def image(self, values: Float[np.ndarray, "p *c"]) -> Float[np.ndarray, "size size *c"]:
         """Texel values as an image; NaN where there is no surface."""
         out = np.full((self.size * self.size, *values.shape[1:]), np.nan, values.dtype)
-        out[self.places] = values
+        out[self.pixels] = values
         return out.reshape(self.size, self.size, *values.shape[1:])
 
     def of_image(self, image: Float[np.ndarray, "size size *c"]) -> Float[np.ndarray, "p *c"]:
         """The image's values at the texels."""
-        return image.reshape(self.size * self.size, *image.shape[2:])[self.places]
+        return image.reshape(self.size * self.size, *image.shape[2:])[self.pixels]
 
 
 def with_texture(mesh: Mesh) -> Mesh:
@@ -49,7 +49,7 @@ def with_texture(mesh: Mesh) -> Mesh:
     unrolled = unroll_face(mesh, UNROLL_PIXEL_MM)
     height, width = unrolled.shape
     side = max(height, width)
-    uv = np.stack([unrolled.places[:, 0] + 0.5, height - 0.5 - unrolled.places[:, 1]], 1) / side
+    uv = np.stack([unrolled.uv[:, 0] + 0.5, height - 0.5 - unrolled.uv[:, 1]], 1) / side
     return replace(mesh, uv=uv, uv_faces=None)
 
 

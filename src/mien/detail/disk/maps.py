@@ -6,18 +6,18 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import BadInput
-from ..files import existing, whole
-from ..io.exr import read_exr, write_exr
-from ..io.meshes.ply import read_ply, write_ply
-from ..mesh import Attachment, Mesh
-from .domain import Domain, DomainConfig, marker_strains
-from .fields import parameter_field
-from .fit import DetailMap, DetailModel
-from .marker_mesh import marker_mesh
-from .polynomial import EXPONENTS, PolynomialMap
-from .texture_space import texels, texture_gradients
-from .thin_shell import ShellConfig, thin_shell
+from ...errors import BadInput
+from ...files import existing, whole
+from ...io.exr import read_exr, write_exr
+from ...io.meshes.ply import read_ply, write_ply
+from ...mesh import Attachment, Mesh
+from ..domain import Domain, DomainConfig, marker_strains
+from ..fields import parameter_field
+from ..fit import DetailMap, DetailModel
+from ..marker_mesh import marker_mesh
+from ..polynomial import EXPONENTS, PolynomialMap
+from ..texture_space import texels, texture_gradients
+from ..thin_shell import ShellConfig, thin_shell
 
 FORMAT = 1
 """Of `detail.json`; a newer one is refused."""

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from detail_patch import write_clips
-from mien.detail.training_files import read_training
+from mien.detail.disk.clips import read_training
 from mien.errors import BadInput
 
 

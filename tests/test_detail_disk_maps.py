@@ -5,7 +5,7 @@ import pytest
 
 from detail_patch import training
 from mien.detail.base_mesh import BaseConfig
-from mien.detail.files import read_detail, write_detail
+from mien.detail.disk.maps import read_detail, write_detail
 from mien.detail.fit import DetailConfig, fit_detail
 from mien.detail.synthesize import SynthesisConfig, Synthesizer
 from mien.errors import BadInput

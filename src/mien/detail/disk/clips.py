@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
-from ..clip import Markers
-from ..errors import BadInput
-from ..files import existing
-from ..io.markers import read_markers
-from ..io.meshes import read_scan
-from ..takes.gaps import fill_gaps
-from .training import Clip, Frame, TrainingSet
+from ...clip import Markers
+from ...errors import BadInput
+from ...files import existing
+from ...io.markers import read_markers
+from ...io.meshes import read_scan
+from ...takes.gaps import fill_gaps
+from ..training import Clip, Frame, TrainingSet
 
 MARKER_SUFFIXES = (".c3d", ".trc", ".csv", ".tsv")
 MESH_SUFFIXES = (".ply", ".obj", ".stl", ".glb")

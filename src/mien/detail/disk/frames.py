@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import BadInput
-from ..io.meshes.ply import write_ply
-from ..pictures import Renderer, ambient_occlusion, frontal_camera, write_mp4
-from .drive import Drive
-from .synthesize import SynthesizedFrame, Synthesizer
+from ...errors import BadInput
+from ...io.meshes.ply import write_ply
+from ...pictures import Renderer, ambient_occlusion, frontal_camera, write_mp4
+from ..drive import Drive
+from ..synthesize import SynthesizedFrame, Synthesizer
 
 FILM_PIXELS = 720
 """Side of a film's picture."""

@@ -1,0 +1,1 @@
+"""Detail on disk: training clips, maps, synthesised frames."""
