@@ -103,7 +103,7 @@ def test_the_command_writes_face_page_and_record(staged, tmp_path, capsys, monke
     register(staged[0], output=tmp_path / "face.glb", report=tmp_path / "page.html")
     assert "mean distance" in capsys.readouterr().out
     assert read_rig(tmp_path / "face.glb").names == load_face().rig.names
-    record = json.loads((tmp_path / "register.json").read_text())["somebody"]
+    record = json.loads((tmp_path / "page.register.json").read_text())["somebody"]
     assert record == json.loads(json.dumps(registration_record(found)))
     assert record["unit"] == "m"
     assert (tmp_path / "page.html").read_text().count("<img") == 1

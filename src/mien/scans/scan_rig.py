@@ -88,7 +88,8 @@ def read_scan_rig(path: Path, rig: Rig) -> ScanRig:
             on_skin=np.array(record["on_skin"], dtype=bool),
         )
     except (json.JSONDecodeError, UnicodeDecodeError, KeyError, TypeError, ValueError) as error:
-        raise BadInput(f"{path}: does not belong to this rig ({error}); run `mien register` again") from None
+        told = str(error).splitlines()[:1] or [type(error).__name__]
+        raise BadInput(f"{path}: does not belong to this rig ({told[0]}); run `mien register` again") from None
     if len(places) and int(found.attachment.faces.max()) >= len(rig.neutral.faces):
         raise BadInput(f"{path}: does not belong to this rig (it has fewer triangles); run `mien register` again")
     return found

@@ -86,7 +86,8 @@ def read_detail(folder: str | Path) -> DetailModel:
             fine = _read_map(folder / "fine.exr", record["fine"], FINE_CHANNELS, base, attachment, domain)
         labels, frames = tuple(map(str, record["labels"])), int(record["frames"])
     except (KeyError, TypeError, ValueError, IndexError) as error:
-        raise BadInput(f"{folder / 'detail.json'}: does not fit the maps beside it ({error}); fit them anew") from None
+        told = (str(error).splitlines() or [type(error).__name__])[0]
+        raise BadInput(f"{folder / 'detail.json'}: does not fit the maps beside it ({told}); fit them anew") from None
     return DetailModel(base, labels, reference, attachment, shell, domain, medium, fine, frames)
 
 
@@ -127,3 +128,4 @@ def _read_map(
     polynomial = PolynomialMap(np.nan_to_num(coefficients), order, np.isfinite(error))
     unreliable = grid.of_image(channels["unreliable"]) > 0.5
     return DetailMap(grid, parameter_field(domain, base, attachment, grid.attachment), polynomial, error, unreliable)
+
