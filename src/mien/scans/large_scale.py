@@ -1,8 +1,8 @@
 """Large-scale registration: the template deformed to every scan (Huang et al. 2011, sec. 6.1, eq. 7).
 
-Beside the paper: each scan starts from the bundled face that was fitted to it alone, whose lips open and whose lids
-close as the scan's do; and lips and lids, which have few markers or none, are held by landmarks, on the template where
-the detector saw them on the neutral scan, so that its own bias takes itself off.
+Beside the paper: lips and lids, which have few markers or none, are held by landmarks, on the template where the
+detector saw them on the neutral scan, so that its own bias takes itself off. A scan may also start from the bundled
+face that was fitted to it alone (`LargeScaleConfig.from_fit`).
 """
 
 from dataclasses import dataclass, field
@@ -27,8 +27,9 @@ class LargeScaleConfig:
     """Weight of lip and lid landmarks, against `nonrigid.markers` of a marker; 0: none, as in the paper."""
     landmark_slack: float = 1.5
     """A landmark on which the views disagree by this much counts half, mm."""
-    from_fit: bool = True
-    """Start from the face that was fitted to the scan alone; False: from the neutral one, as in the paper."""
+    from_fit: bool = False
+    """Start from the face that was fitted to the scan alone, whose open lips look right but whose skin has slid along
+    itself; False: from the neutral one, as in the paper."""
 
 
 @dataclass(frozen=True)
