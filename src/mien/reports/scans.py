@@ -51,9 +51,11 @@ def scans_record(found: RegisteredScans, distances: Float[np.ndarray, "scans n"]
             "surface_p95_mm": round(float(np.quantile(known, 0.95)), 4) if len(known) else None,
             "slid_mm": round(float(found.fine.moved[i]), 4),
             "fine_error_per_mm": dict(zip(FINE_REGIONS, found.fine.errors[i].round(4).tolist(), strict=True)),
+            "flow_not_converged": [FINE_REGIONS[r] for r in np.flatnonzero(~found.fine.converged[i])],
             "unreliable": [FINE_REGIONS[r] for r in np.flatnonzero(found.fine.unreliable[i])],
         }
-    return {"take": take, "unit": found.unit, "scans": scans, "markers": marker_record(found.scan_rig)}
+    out = {one.name: one.why for one in found.left_out}
+    return {"take": take, "unit": found.unit, "scans": scans, "left_out": out, "markers": marker_record(found.scan_rig)}
 
 
 def scans_report(
