@@ -9,7 +9,7 @@ w f^2 = 13.8 on the plane z = 1, where c_F is in millimetres at the face: one fe
 whatever the camera. The depth term counts as much as the paper's 3,480 points, shared out by area, whatever the mesh.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Float, Float32, Int
@@ -18,6 +18,7 @@ from .._kernels import icp, track, track_fit
 from ..landmarks.on_rig import FEATURES, LIDS, LIPS
 from ..transforms import Transform
 from .model import POINTS, TrackingModel
+from .photometric import PhotometricConfig, Reference, photometric_match
 from .preprocess_frame import FrameObservation
 from .reproject_weights import box_solve
 from .rigid import LEVER, Correspondences, RigidConfig, correspond, moved, pose_step
@@ -67,6 +68,9 @@ class FitConfig:
     refine_pose_mm: float = 1.0
     """After each solve the head's pose is measured anew on the steadiest vertices, residuals above this (mm) losing
     weight; 0 = not."""
+    photometric: PhotometricConfig = field(default_factory=PhotometricConfig)
+    others: float = 100.0
+    """Weight of the squared distance to the landmarker's scores of brows, squints, jaw and pulled lips."""
     pose: bool = True
     """Let the head move along with the coefficients (past the paper: sec. 4.1 alone leaves up to 3 mm)."""
 
@@ -84,6 +88,8 @@ class FitResult:
     """Share of the front's area that corresponds."""
     breach: float = 0.0
     """Largest breach of the optimality conditions that a round's solve was left with, relative; 0 = exact."""
+    seen: Float32[np.ndarray, " f"] | None = None
+    """Weight of each vertex's correspondence in the last round; None without depth."""
 
 
 def fit_blendshapes(
@@ -93,17 +99,23 @@ def fit_blendshapes(
     T_camera_face: Transform,
     config: FitConfig = FitConfig(),
     rigid: RigidConfig = RigidConfig(),
+    reference: Reference | None = None,
 ) -> FitResult:
     """Alternate correspondences and box-constrained solves, from the last frame's weights and this frame's pose."""
     x, error, covered, breach = weights, np.nan, 0.0, 0.0
     normals = track.vertex_normals(model.blend(x), model.faces)
-    for _ in range(config.rounds):
+    match = None
+    for done in range(config.rounds):
         centre = T_camera_face.apply(model.centre[None])[0]
         match = None
         A, b = normal_equations(_feature_rows(model, observation, x, T_camera_face, centre, config), model.shapes)
         if observation.depth is not None:
             match = correspond(model.blend(x), normals, T_camera_face, observation, rigid)
             (gram, product), error, covered = depth_term(model, match, T_camera_face, centre, config)
+            A, b = A + gram, b + product
+        look = appearance(model, observation, match, x, normals, T_camera_face, reference, done, config)
+        if look is not None:
+            gram, product = photometric_term(model, look, T_camera_face, centre, config)
             A, b = A + gram, b + product
         _add_priors(A, b, x, weights, observation.landmark_scores, model, config)
         change, left = _solve(A, b, x, config.pose)
@@ -114,7 +126,7 @@ def fit_blendshapes(
         T_camera_face = moved(T_camera_face, motion, centre)
         if match is not None and config.refine_pose_mm:
             T_camera_face = refine_pose(model, model.blend(x), match, T_camera_face, config)
-    return FitResult(x, T_camera_face, error, covered, breach)
+    return FitResult(x, T_camera_face, error, covered, breach, None if match is None else match.weight)
 
 
 def refine_pose(
@@ -130,6 +142,39 @@ def refine_pose(
     weight = match.weight * model.pose_weights
     A, b, _, _ = icp.rigid_system(points, match.found, match.plane, weight, centre, config.refine_pose_mm)
     return moved(T_camera_face, pose_step(A, b), centre)
+
+
+def appearance(
+    model: TrackingModel, observation: FrameObservation, match: Correspondences | None, x, normals, T_camera_face,
+    reference: Reference | None, done: int, config: FitConfig,
+) -> Correspondences | None:  # fmt: skip
+    """Planes that the vertices should lie on to show what they used to; None where nothing is known of that."""
+    if observation.contrast is None or reference is None or not reference.frames or not config.photometric.weight:
+        return None
+    c = config.photometric
+    level = sorted(set(c.smooth)).index(c.smooth[min(done, len(c.smooth) - 1)])
+    points = track.place(model.blend(x), T_camera_face.rotation, T_camera_face.translation)
+    turned = track.place(normals, T_camera_face.rotation, np.zeros(3))
+    valid = reference.weight(c.frames)
+    if match is not None:
+        valid = valid * (match.weight > 0)
+    found, plane, weight, _ = photometric_match(
+        points, turned, observation.contrast[level], observation.intrinsics, reference.contrast[level], valid, c
+    )
+    return Correspondences(points, found, plane, weight)
+
+
+def photometric_term(
+    model: TrackingModel, look: Correspondences, T_camera_face: Transform, centre, config: FitConfig
+) -> System:
+    """Contrast as remembered, for every vertex that is seen: the normal equations."""
+    packed, c = model.packed_basis, config.photometric
+    A, b, _, _ = track_fit.plane_system(
+        packed.order, packed.columns, packed.values, model.shapes, T_camera_face.rotation,
+        look.points, look.found, look.plane, look.weight, model.share * np.float32(POINTS * c.weight),
+        centre, c.scale, LEVER,
+    )  # fmt: skip
+    return A, b
 
 
 def depth_term(
@@ -258,7 +303,8 @@ def _add_priors(A, b, x, before, scores, model: TrackingModel, config: FitConfig
     price = (config.l1 + config.l1_per_mm * model.size) / (1 + x / config.reweight_eps)
     b[:k] += config.temporal_weight * before - diagonal * x - price / 2
     if scores is not None:
-        trust = np.where(model.eyes, config.eyes, np.where(model.smiles, config.scores, 0.0)) * np.isfinite(scores)
+        lesser = np.where(model.smiles, config.scores, config.others * model.scored)
+        trust = np.where(model.eyes, config.eyes, lesser) * np.isfinite(scores)
         b[:k] += trust * (np.nan_to_num(scores) - x)
         diagonal += trust
     A[np.arange(k), np.arange(k)] += diagonal

@@ -20,6 +20,10 @@ EYES, SMILES = ("eyeBlink", "eyeLookIn", "eyeLookOut"), ("mouthSmile",)
 """Shapes that MediaPipe scores well. It hardly ever scores cheeks, nose, jaw to the side or rolled lips, and its brows,
 squints and puckers wander from face to face."""
 
+SCORED = ("brow", "eyeSquint", "eyeWide", "jawOpen", "mouthFunnel", "mouthPucker", "mouthUpperUp", "mouthLowerDown",
+          "mouthStretch")
+"""Shapes whose scores say something once their baseline is taken out, though less than smiles and blinks."""
+
 
 @dataclass(frozen=True)
 class TrackingModel:
@@ -61,6 +65,8 @@ class TrackingModel:
     """Blinks and gaze to the side, which the landmarker scores well."""
     smiles: Bool[np.ndarray, " k"]
     """Smiles, which it scores fairly well."""
+    scored: Bool[np.ndarray, " k"]
+    """Other shapes whose scores say something."""
     scale_mm: float
     """Distance between the outer eye corners on the neutral, mm."""
 
@@ -124,6 +130,7 @@ def tracking_model(rig: Rig, landmarks: LandmarkMap, reach: float = 45.0) -> Tra
         size=np.sqrt(np.einsum("f,fdk->k", share, basis.astype(np.float64) ** 2)),
         eyes=np.array([name.startswith(EYES) for name in rig.names]),
         smiles=np.array([name.startswith(SMILES) for name in rig.names]),
+        scored=np.array([name.startswith(SCORED) for name in rig.names]),
         scale_mm=_eye_span(landmarks, mesh),
     )
 

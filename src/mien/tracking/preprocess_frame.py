@@ -8,6 +8,7 @@ from jaxtyping import Float, Float32
 from ..camera import Camera
 from ..depth import RGBDFrame, Window, bilateral, window_around
 from ..landmarks.detector import Landmarks2D
+from .photometric import PhotometricConfig, contrasts
 
 ENOUGH = 0.5
 """Share of the landmarks that must be numbers for the others to be believed."""
@@ -26,6 +27,8 @@ class FrameObservation:
     face was found."""
     landmark_scores: Float[np.ndarray, " k"] | None = None
     """The landmarker's own expression scores, 0..1 at each of the rig's shapes; NaN where it has none."""
+    contrast: tuple[Float32[np.ndarray, "h w"], ...] | None = None
+    """The window's picture as `photometric.contrasts` makes it; None where there is no colour or no such term."""
 
     @property
     def intrinsics(self) -> Float[np.ndarray, " 4"]:
@@ -62,6 +65,7 @@ def preprocess_frame(
     around: Float[np.ndarray, "n 2"] | None,
     landmarks: Landmarks2D | None,
     config: PreprocessConfig = PreprocessConfig(),
+    photometric: PhotometricConfig = PhotometricConfig(weight=0.0),
 ) -> FrameObservation:
     """Crop to the pixels `around` the model (None: all the image), smooth the depth, turn landmarks to sight lines."""
     window = Window(0, 0, camera.width, camera.height)
@@ -72,7 +76,10 @@ def preprocess_frame(
         depth = np.nan_to_num(window.crop(frame.depth), nan=0.0, posinf=0.0, neginf=0.0)
         depth = bilateral(depth, config.radius, config.depth_sigma) if config.radius else depth
     rays = None if landmarks is None else camera.rays(landmarks.points)[:, :2]
-    return FrameObservation(depth, window.camera(camera), rays)
+    contrast = None
+    if frame.color is not None and photometric.weight:
+        contrast = contrasts(np.ascontiguousarray(window.crop(frame.color)), photometric)
+    return FrameObservation(depth, window.camera(camera), rays, contrast=contrast)
 
 
 def usable(landmarks: Landmarks2D | None) -> Landmarks2D | None:

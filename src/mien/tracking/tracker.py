@@ -15,6 +15,7 @@ from .detect import WrongScale, detect
 from .fit import FitResult, at_rest, fit_blendshapes
 from .landmark_bias import learn_baseline, learn_bias, subtract_baseline, subtract_bias
 from .model import TrackingModel
+from .photometric import learn_reference
 from .preprocess_frame import FrameObservation, preprocess_frame, scores_of, usable
 from .rigid import RigidResult, align, correspond, damp_pose
 from .tracker_context import TrackerContext, TrackResult, TrackState, timed
@@ -58,6 +59,7 @@ def step(
     v4 = output_deformation(context, unbiased, v3, fit.T_camera_face)
     learning = learn_correctives(context, sample, v4, state)
     bias, baseline = learn_standing_errors(context, observation, v3, fit, state)
+    reference = learn_appearance(context, observation, v1, fit, state)
     weights = weights_anew(context, v4, fit.weights)
     pose = damped(context, state, fit.T_camera_face)
     after = TrackState(
@@ -68,6 +70,7 @@ def step(
         correctives=learning.correctives,
         bias=bias,
         baseline=baseline,
+        reference=reference,
         lost=False,
         time=frame.time,
     )
@@ -154,7 +157,8 @@ def observe(
     """Sec. 4.1: a window round the front as it was, depth smoothed in it; the landmarks as rays, their scores."""
     points = T_camera_face.apply(state.vertices[::OUTLINE_STEP].astype(np.float64))
     outline = context.camera.project(points)
-    seen = preprocess_frame(frame, context.camera, outline, landmarks, context.config.preprocess)
+    config = context.config
+    seen = preprocess_frame(frame, context.camera, outline, landmarks, config.preprocess, config.fit.photometric)
     return replace(seen, landmark_scores=scores_of(landmarks, context.model.rig.names))
 
 
@@ -206,7 +210,9 @@ def initial_blendshapes(
     last = None if state.lost else state.weights
     before = np.zeros(context.model.shapes) if last is None else np.clip(last.values, 0, 1)
     fitting = at_rest(config.fit) if last is None else config.fit
-    fit = fit_blendshapes(context.model, observation, before, T_camera_face, fitting, config.rigid)
+    fit = fit_blendshapes(
+        context.model, observation, before, T_camera_face, fitting, config.rigid, state.reference
+    )
     if last is None or not config.smooth:
         return fit, filters.start(fit.weights, config.kalman)
     filtered = filters.step(last, fit.weights, max(time - state.time, SHORTEST), config.kalman)
@@ -293,6 +299,21 @@ def learn_standing_errors(
     if scores is None:
         return bias, state.baseline
     return bias, learn_baseline(state.baseline, scores, fit.weights, config)
+
+
+@timed("appearance")
+def learn_appearance(context: TrackerContext, observation: FrameObservation, v1, fit: FitResult, state: TrackState):
+    """Remember what the skin showed, in the first frames."""
+    return learn_reference(
+        state.reference,
+        observation.contrast,
+        observation.intrinsics,
+        v1,
+        context.model.faces,
+        fit.seen,
+        fit.T_camera_face,
+        context.config.fit.photometric,
+    )
 
 
 @timed("weights anew")

@@ -17,6 +17,7 @@ from .adaptive import DeformConfig, LaplacianDeformation, Subspace, anchor_space
 from .fit import FitConfig
 from .landmark_bias import Bias, BiasConfig, ScoreBaseline, no_baseline, no_bias
 from .model import TrackingModel
+from .photometric import Reference, no_reference
 from .preprocess_frame import PreprocessConfig
 from .reproject_weights import WeightReprojection
 from .rigid import RigidConfig
@@ -130,6 +131,8 @@ class TrackState:
     """Standing errors of the features."""
     baseline: ScoreBaseline
     """Standing errors of the landmarker's scores."""
+    reference: Reference
+    """What the skin showed in the first frames."""
     lost: bool
     time: float
     """Seconds, of the last frame."""
@@ -173,6 +176,7 @@ def initial_state(context: TrackerContext) -> TrackState:
         correctives=None,
         bias=no_bias(config.bias),
         baseline=no_baseline(model.shapes),
+        reference=no_reference(len(model.front), config.fit.photometric),
         lost=True,
         time=-np.inf,
     )

@@ -1,0 +1,94 @@
+"""The photometric term (past the paper): the skin goes on showing what it showed while it was first tracked.
+
+Depth says nothing of motion along the skin, and landmarks err by a millimetre; brows, lips, nostrils and moles are seen
+in the picture to a fraction of a pixel. Every vertex keeps what it showed in the first frames (`Reference`), and a
+Gauss-Newton row asks that it shows the same now. Light that changes slowly over the face, as when the head turns, is
+divided out: what is compared is contrast, the picture over its own mean round about.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float32, UInt8
+
+from .._kernels import track, track_photo
+from ..transforms import Transform
+
+DARK = 8.0
+"""Grey levels, of 255, added to the mean that contrast is taken by: in the dark it is noise."""
+
+
+@dataclass(frozen=True)
+class PhotometricConfig:
+    """The photometric term."""
+
+    weight: float = 1000.0
+    """Weight of a squared difference of contrast, beside squared millimetres of depth; 0 = none."""
+    scale: float = 0.1
+    """Differences of contrast much above this lose weight: what has come out from behind a lip was not there before."""
+    smooth: tuple[int, ...] = (2, 1, 1)
+    """Half widths of the window that the picture is smoothed by, pixels, one a round of the fit: coarse to fine."""
+    around: int = 9
+    """Half width of the window whose mean contrast is taken by, pixels."""
+    frames: int = 20
+    """Frames over which the reference is averaged."""
+    agree: float = 0.35
+    """Least cosine of a vertex's normal to the line of sight."""
+
+
+@dataclass(frozen=True)
+class Reference:
+    """What each vertex of the front showed in the first frames, at each smoothing."""
+
+    contrast: tuple[Float32[np.ndarray, " f"], ...]
+    count: Float32[np.ndarray, " f"]
+    """Frames it was seen in."""
+    frames: int
+    """Frames that were learnt from."""
+
+    def weight(self, frames: int) -> Float32[np.ndarray, " f"]:
+        """How far each vertex's reference may be trusted, 0..1."""
+        return np.minimum(self.count / max(min(frames, self.frames), 1), np.float32(1)).astype(np.float32)
+
+
+def no_reference(vertices: int, config: PhotometricConfig) -> Reference:
+    """Nothing seen yet."""
+    zeros = np.zeros(vertices, np.float32)
+    return Reference(tuple(zeros for _ in set(config.smooth)), zeros, 0)
+
+
+def contrasts(color: UInt8[np.ndarray, "h w 3"], config: PhotometricConfig) -> tuple[Float32[np.ndarray, "h w"], ...]:
+    """The picture over its mean round about, less 1: one image a smoothing, from the finest."""
+    grey = track_photo.grey(color)
+    mean = track_photo.box(track_photo.box(grey, config.around), config.around // 2) + np.float32(DARK)
+    return tuple(track_photo.box(grey, radius) / mean - np.float32(1) for radius in sorted(set(config.smooth)))
+
+
+def photometric_match(points, normals, image, intrinsics, reference, valid, config: PhotometricConfig):
+    """Planes that vertices should lie on to show `reference`: found, plane, weight, shown (`_kernels.track_photo`)."""
+    return track_photo.sample_plane(points, normals, image, intrinsics, reference, valid, np.float32(config.agree))
+
+
+def learn_reference(
+    reference: Reference,
+    images: tuple[Float32[np.ndarray, "h w"], ...] | None,
+    intrinsics,
+    vertices: Float32[np.ndarray, "f 3"],
+    faces,
+    seen: Float32[np.ndarray, " f"] | None,
+    T_camera_face: Transform,
+    config: PhotometricConfig,
+) -> Reference:
+    """Average in what the tracked face shows, while there are few frames."""
+    if images is None or reference.frames >= config.frames:
+        return reference
+    points = track.place(vertices, T_camera_face.rotation, T_camera_face.translation)
+    normals = track.vertex_normals(points, faces)
+    ones = np.ones(len(points), np.float32) if seen is None else (seen > 0).astype(np.float32)
+    contrast = []
+    for image, old in zip(images, reference.contrast, strict=True):
+        _, _, weight, shown = photometric_match(points, normals, image, intrinsics, old, ones, config)
+        there = (weight > 0).astype(np.float32)
+        count = reference.count + there
+        contrast.append(old + there * (shown - old) / np.maximum(count, 1))
+    return Reference(tuple(contrast), count, reference.frames + 1)

@@ -1,0 +1,41 @@
+"""The photometric term: a face that turns sideways into a picture of itself is put back by its texture."""
+
+import numpy as np
+
+import tracking_stage as stage
+from mien._kernels import track_photo
+from mien.tracking.photometric import PhotometricConfig, contrasts, learn_reference, no_reference, photometric_match
+
+
+def test_a_box_is_the_mean_of_what_lies_inside():
+    image = np.random.default_rng(0).normal(size=(7, 9)).astype(np.float32)
+    found = track_photo.box(image, 2)
+    for i, j in ((0, 0), (3, 4), (6, 8), (1, 7)):
+        expected = image[max(i - 2, 0) : i + 3, max(j - 2, 0) : j + 3].mean()
+        np.testing.assert_allclose(found[i, j], expected, atol=1e-5)
+
+
+def test_rows_lead_back_to_where_the_reference_was_seen():
+    """Texture on a plane before the camera, points shifted by half a millimetre: one solve brings them back."""
+    camera, rng, config = stage.CAMERA, np.random.default_rng(1), PhotometricConfig()
+    x, y = np.meshgrid(np.arange(camera.width), np.arange(camera.height))
+    wave = 128 + 60 * np.sin(x / 5.0) * np.cos(y / 6.0)
+    color = np.repeat(wave[..., None], 3, 2).astype(np.uint8)
+    intrinsics = np.array([camera.fx, camera.fy, camera.cx, camera.cy])
+    points = np.column_stack([rng.uniform(-60, 60, (400, 2)), np.full(400, 600.0)]).astype(np.float32)
+    normals = np.tile(np.array([0, 0, -1], np.float32), (400, 1))
+    image, ones = contrasts(color, config)[0], np.ones(400, np.float32)
+    shown = photometric_match(points, normals, image, intrinsics, ones, ones, config)[3]
+    moved = points + np.array([0.5, -0.3, 0], np.float32)
+    found, plane, weight, _ = photometric_match(moved, normals, image, intrinsics, shown, ones, config)
+    right = ((found - moved) * plane).sum(1)
+    step = np.linalg.lstsq(plane[:, :2][weight > 0], right[weight > 0], rcond=None)[0]
+    np.testing.assert_allclose(step, [-0.5, 0.3], atol=0.1)
+
+
+def test_nothing_is_learnt_after_the_first_frames_or_without_colour():
+    config, m = PhotometricConfig(frames=0), stage.model()
+    empty = no_reference(len(m.front), config)
+    T = stage.pose()
+    assert learn_reference(empty, (), None, m.neutral, m.faces, None, T, config) is empty
+    assert learn_reference(empty, None, None, m.neutral, m.faces, None, T, PhotometricConfig()) is empty
