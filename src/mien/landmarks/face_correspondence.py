@@ -47,9 +47,7 @@ def match_faces(
     return nearest_faces(source.neutral, target.neutral.with_vertices(laid))
 
 
-def _laid(
-    spots: Float[np.ndarray, "k 3"], goal: Float[np.ndarray, "k 3"]
-) -> tuple[Transform, Bool[np.ndarray, " k"]]:
+def _laid(spots: Float[np.ndarray, "k 3"], goal: Float[np.ndarray, "k 3"]) -> tuple[Transform, Bool[np.ndarray, " k"]]:
     """The similarity spots -> goal that most agree on, and which do.
 
     On a head without eyeballs landmarks fall through the lids to the back of the skull.
