@@ -140,7 +140,7 @@ def test_the_command_writes_list_study_and_sheet(tmp_path, capsys):
     write_c3d(tmp_path / "take.c3d", take)
     film(tmp_path / "f.mp4", 30)
     select(
-        tmp_path / "take.c3d", output=tmp_path / "s.json", tolerance=1e-6, max_frames=3, markers=True,
+        tmp_path / "take.c3d", output=tmp_path / "s.json", tolerance=1e-6, max_frames=3, spare_markers=True,
         video=tmp_path / "f.mp4", video_offset=0.2, units="mm",
     )  # fmt: skip
     content = json.loads((tmp_path / "s.json").read_text())

@@ -26,11 +26,11 @@ def demo_markers(folder: Path, seed: int, seconds: float, count: int) -> None:
         recorded = read_markers(folder / "take.c3d")
         solved = solve_take(recorded, load_face(), progress=progress)
         write_performance(folder / "perf.glb", solved.performance)
-        picture = preview(solved, recorded, progress=progress)
+        picture = preview(solved, progress=progress)
         write_png(folder / "preview.png", picture)
         progress.update("scoring against the truth", 0, 1)
         score = score_performance(solved.performance, take.truth)
-        report = take_report("take.c3d", solved, recorded, picture)
+        report = take_report("take.c3d", solved, picture)
         report.heading("Against the truth").text(
             "The performer is nobody the identity space knows, and makes every expression in their own way. The frozen "
             "baseline is the right person in the right pose with one fixed mean expression."

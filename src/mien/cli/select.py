@@ -22,7 +22,8 @@ def select(
     output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("selection.json"),
     tolerance: float = SelectConfig.tolerance,
     max_frames: int = SelectConfig.max_frames,
-    markers: bool = False,
+    markers: str | None = None,
+    spare_markers: bool = False,
     video: Path | None = None,
     video_offset: float = 0.0,
     sheet: Path | None = None,
@@ -42,6 +43,8 @@ def select(
     max_frames
         Stop at so many frames even if the tolerance is not met.
     markers
+        Use the markers whose labels match, such as 'Actor:*' or 'face*,chin'; by default all.
+    spare_markers
         Also find out which markers could be spared.
     video
         Film of the same performance: makes a contact sheet of the chosen frames.
@@ -60,12 +63,12 @@ def select(
         refuse_unused("without --video", "video_offset", "sheet")
     else:
         existing(video)
-    file = read_marker_file(existing(take), units, rate)
+    file = read_marker_file(existing(take), units, rate, markers)
     config = SelectTakeConfig()
     config = replace(config, select=replace(config.select, tolerance=tolerance, max_frames=max_frames))
     with bar() as progress:
         found = select_take(file.markers, config, progress)
-        study = studied(found, progress) if markers else None
+        study = studied(found, progress) if spare_markers else None
     if video is not None and sheet is not None:
         draw_sheet(sheet, video, video_offset, found, file.markers.rate)
     write_selection(output, take.name, found, study)

@@ -10,11 +10,12 @@ from ..files import existing
 from ..io.gltf import write_performance
 from ..io.markers import MarkerFile, read_marker_file
 from ..markers.attachment_file import write_attachment
-from ..markers.inputs import read_face, read_placement
+from ..markers.inputs import read_face, read_placement, with_neutral
 from ..markers.pipeline import TakeConfig, solve_take
 from ..pictures import write_png
 from ..reports.markers import preview, take_report
 from ..scans.scan_rig import record_beside
+from ..takes.face_cluster import find_face
 from .bar import bar
 from .options import refuse_unused, verb
 from .outputs import beside, check_outputs
@@ -29,6 +30,7 @@ def solve(
     units: str | None = None,
     rate: float | None = None,
     markers: str | None = None,
+    neutral: str | None = None,
     attach: Path | None = None,
     save_attach: Path | None = None,
     picture: Path | None = None,
@@ -51,8 +53,9 @@ def solve(
     rate
         Frames a second, where the file does not say.
     markers
-        Solve these alone: a pattern with or without the subject (`Actor:*`), several with commas between. By default
-        the face is found among a body and props by how its markers stand together.
+        Solve the markers whose labels match, such as 'Actor:*' or 'face*,chin'; by default the face is found.
+    neutral
+        Where the actor's face is at rest: a frame (120) or a time (2.5s); by default it is found.
     attach
         JSON that places every marker by hand; made by --save-attach and edited.
     save_attach
@@ -67,21 +70,24 @@ def solve(
     check_outputs(made, inputs=[take, rig, attach])
     of_scans = rig is not None and record_beside(rig).is_file()
     if of_scans:
-        refuse_unused("on a rig of scans", "attach", "save_attach", "config")
+        refuse_unused("on a rig of scans", "attach", "save_attach", "neutral", "config")
     file = read_marker_file(existing(take), units, rate, markers)
     if rig is not None and of_scans:
         return solve_on_rig_of_scans(rig, take.name, file, output, picture, report)
     face = read_face(rig)
-    by_hand = read_placement(attach, file.markers, face)
+    found = find_face(file.markers, config.face)
+    by_hand = read_placement(attach, found.markers, face)
+    told = config if neutral is None else with_neutral(config, neutral, found.markers.rate)
+    notes = [*file.warnings, *found.lines]
     with bar() as progress:
-        solved = solve_take(file.markers, face, by_hand, config, progress)
-        image = preview(solved, file.markers, progress=progress)
+        solved = solve_take(found.markers, face, by_hand, told, progress)
+        image = preview(solved, progress=progress)
     write_performance(output, solved.performance)
     write_png(picture or output.with_suffix(".png"), image)
-    take_report(take.name, solved, file.markers, image, file.warnings).write(report or output.with_suffix(".html"))
+    take_report(take.name, solved, image, notes).write(report or output.with_suffix(".html"))
     if save_attach:
-        write_attachment(save_attach, file.markers.labels, solved.calibration.attachment)
-    for line in [*file.warnings, summary(solved)]:
+        write_attachment(save_attach, solved.markers.labels, solved.calibration.attachment)
+    for line in [*notes, *solved.lines, summary(solved)]:
         print(line)
 
 

@@ -14,9 +14,10 @@ from ..register import procrustes
 from ..register.align import AlignConfig, align
 from ..rig import Rig
 from ..takes.frame_solve import FrameSolve, SolveConfig, solve_frames
-from ..takes.marker_model import marker_model
 from ..takes.stabilise import calm_frames, mean_cloud
 from ..transforms import Transform
+from .neutral import Neutral, NeutralConfig, find_neutral, model_at_rest
+from .plausibility import Fit, PlausibilityConfig, motion_of, refuse_no_face
 from .refine_attachment import RefineConfig, refine_attachment
 
 
@@ -29,8 +30,8 @@ class CalibrateConfig:
     refine: RefineConfig = RefineConfig()
     trial: SolveConfig = field(default_factory=lambda: SolveConfig(rounds=2, smoothness=0.0, outlier=np.inf))
     """The short solve by which alignments are told apart."""
-    rest_doubt: float = 0.7
-    """The frame most dwelt at is at rest unless another leaves less than this share of the cost; 0: no doubt."""
+    neutral: NeutralConfig = NeutralConfig()
+    plausibility: PlausibilityConfig = PlausibilityConfig()
     trial_frames: int = 120
     """Frames of the take that each alignment must explain."""
     trial_rounds: int = 6
@@ -53,14 +54,16 @@ class Calibration:
     """Rigid: the take's head frame -> face space."""
     rest: Float[np.ndarray, "markers 3"]
     """The calm frame's markers in face space, mm: where they are when all weights are 0."""
-    calm: int
-    """The frame taken as resting."""
+    neutral: Neutral
+    """The frame taken as neutral, and how neutral it is."""
     alignment_margin: float
     """0..1: 1 - (residual of this alignment / residual of the best different one); 0 is a coin's toss."""
     second_best_mm: float
     """Residual of that other alignment, mm; inf where none was found."""
     residual_mm: float
     """rms residual of this one on the trial frames, mm."""
+    shape_mm: float
+    """rms distance of the calm frame's markers from the best person's face, mm."""
 
 
 def calibrate(
@@ -94,12 +97,16 @@ def calibrate(
     trials.sort(key=lambda trial: trial[0])
     cost, other = trials[0][0], _second_best(trials, cloud, config.align.distinct_mm)
     best = trials[0]
-    calm = resting_frame(positions, calm_frames(positions), frames, face, best[1], metric, config)
-    cloud = mean_cloud(positions, calm)
+    margin = 1.0 if np.isinf(other) else 1 - cost / other
+    shape = float(np.sqrt(np.mean(best[1].residuals ** 2)))
+    left = float(np.sqrt(np.nanmean(best[2].residuals ** 2)))
+    refuse_no_face(Fit(shape, motion_of(positions), left, float(margin)), config.plausibility)
+    person = face.person(best[1].coefficients)
+    neutral = find_neutral(positions, frames, person, best[1], metric, config.trial, config.neutral)
+    cloud = mean_cloud(positions, neutral.frame)
     best = _try(positions[frames], cloud, face, region, best[1].T_face_head, metric, config, config.identity)
     fit, solved = _refine(positions[frames], cloud, face, region, best, metric, config, progress)
     standoff = np.full(positions.shape[1], fit.standoff_mm)
-    alignment_margin = 1.0 if np.isinf(other) else 1 - cost / other
     residual = float(np.sqrt(np.nanmean(solved.residuals**2)))
     return Calibration(
         rig=face.person(fit.coefficients),
@@ -107,10 +114,11 @@ def calibrate(
         standoff=standoff,
         T_face_head=fit.T_face_head,
         rest=fit.T_face_head.apply(cloud),
-        calm=calm,
-        alignment_margin=float(alignment_margin),
+        neutral=neutral,
+        alignment_margin=float(margin),
         second_best_mm=other,
         residual_mm=residual,
+        shape_mm=shape,
     )
 
 
@@ -122,23 +130,27 @@ def calibrate_by_hand(
     config: CalibrateConfig = CalibrateConfig(),
 ) -> Calibration:
     """As `calibrate`, the places given: only person, pose and stand-off are found."""
-    calm = calm_frames(positions)[0]
-    cloud = mean_cloud(positions, calm)
+    cloud = mean_cloud(positions, calm_frames(positions)[0])
     start = procrustes(cloud, surface_points(face.rig.neutral, attachment, config.identity.standoff_mm)).transform
     held = replace(config.identity, slide_mm=(2.0, 2.0))
-    fit = fit_identity(cloud, face, attachment.faces, start, attachment, config=held)
+    first = fit_identity(cloud, face, attachment.faces, start, attachment, config=held)
     frames = np.linspace(0, len(positions) - 1, min(config.trial_frames, len(positions))).astype(int)
+    person = face.person(first.coefficients)
+    neutral = find_neutral(positions, frames, person, first, metric, config.trial, config.neutral)
+    cloud = mean_cloud(positions, neutral.frame)
+    fit = fit_identity(cloud, face, attachment.faces, first.T_face_head, attachment, config=held)
     solved = _solve(positions[frames], cloud, face.person(fit.coefficients), fit, metric, config.trial)
     return Calibration(
         rig=face.person(fit.coefficients),
-        attachment=attachment,
+        attachment=fit.attachment,
         standoff=np.full(positions.shape[1], fit.standoff_mm),
         T_face_head=fit.T_face_head,
         rest=fit.T_face_head.apply(cloud),
-        calm=calm,
+        neutral=neutral,
         alignment_margin=1.0,
         second_best_mm=np.inf,
         residual_mm=float(np.sqrt(np.nanmean(solved.residuals**2))),
+        shape_mm=float(np.sqrt(np.mean(fit.residuals**2))),
     )
 
 
@@ -153,18 +165,6 @@ def _try(
     solved = _solve(positions, cloud, face.rig, fit, metric, config.trial)
     squared = np.nanmean(solved.residuals**2) + np.mean(fit.residuals**2)
     return float(np.sqrt(squared)), fit, solved
-
-
-def resting_frame(positions, calm: list[int], frames, face: BundledFace, fit: IdentityFit, metric, config) -> int:
-    """The first of `calm`, unless shapes that only ever add explain the take much better from another one."""
-    rig = face.person(fit.coefficients)
-    costs = []
-    for frame in calm:
-        solved = _solve(positions[frames], mean_cloud(positions, frame), rig, fit, metric, config.trial)
-        spent = 2 * config.trial.sparsity * solved.weights.sum(axis=1).mean()
-        costs.append(np.nanmean(np.nansum(solved.residuals**2, axis=1)) + spent)
-    best = int(np.argmin(costs))
-    return calm[best] if costs[best] < config.rest_doubt * costs[0] else calm[0]
 
 
 def _second_best(trials: list, cloud: np.ndarray, distinct_mm: float) -> float:
@@ -193,8 +193,7 @@ def _refine(positions, cloud, face, region, trial, metric, config, progress) -> 
 
 def _solve(positions, cloud, rig, fit, metric, config) -> FrameSolve:
     """Solve the trial frames with the calm frame's own markers at rest: what identity misses is no expression."""
-    model = marker_model(rig, fit.attachment, np.full(positions.shape[1], fit.standoff_mm))
-    model = replace(model, rest=fit.T_face_head.apply(cloud))
+    model = model_at_rest(rig, fit, cloud)
     T_head_face = Transform.identity(len(positions)) @ fit.T_face_head.inverse()
     return solve_frames(model, positions, T_head_face, 30.0, metric, config)
 

@@ -1,15 +1,18 @@
 """What the marker commands need from files: a face to solve on, and markers read_placement by hand."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from ..clip import Markers
+from ..errors import BadInput
 from ..faces import BundledFace, IdentitySpace, load_face
 from ..io.rigs import read_any_rig
 from ..mesh import Attachment
 from ..rig import Rig
 from .attachment_file import read_attachment
+from .pipeline import TakeConfig
 
 
 def read_face(rig: Path | None) -> BundledFace:
@@ -28,6 +31,21 @@ def face_from_rig(rig: Rig) -> BundledFace:
         return BundledFace(rig, nobody, bundled.mirror, bundled.parts, bundled.regions, {})
     everything = np.arange(n)
     return BundledFace(rig, nobody, everything, {"skin": everything}, {"face": np.ones(n)}, {})
+
+
+def with_neutral(config: TakeConfig, told: str, rate: float) -> TakeConfig:
+    """The configuration with the neutral frame that `--neutral` names: a frame (120) or a time (2.5s, 0.7).
+
+    Raises:
+        BadInput: neither.
+    """
+    text = told.strip().lower()
+    try:
+        frame = round(float(text.removesuffix("s")) * rate) if text.endswith("s") or "." in text else int(text)
+    except ValueError:
+        raise BadInput(f"--neutral: expected a frame (120) or a time (2.5s), got {told!r}") from None
+    neutral = replace(config.calibrate.neutral, frame=frame)
+    return replace(config, calibrate=replace(config.calibrate, neutral=neutral))
 
 
 def read_placement(path: Path | None, markers: Markers, face: BundledFace) -> Attachment | None:

@@ -12,20 +12,25 @@ from ..one_line import one_line
 from ..progress import SILENT, Progress
 from ..rig import Performance, Rig
 from ..takes.depth_reliability import DepthConfig, depth_metric
+from ..takes.face_cluster import FaceClusterConfig, FaceMarkers, find_face
 from ..takes.frame_solve import FrameSolve, SolveConfig, solve_frames
 from ..takes.gaps import GapConfig, fill_gaps
 from ..takes.marker_model import marker_model
+from ..takes.outliers import Cleaned, OutlierConfig, remove_outliers
 from ..takes.stabilise import StabiliseConfig, stabilise
 from ..takes.world import turn_y_up
 from ..transforms import Transform
 from .calibrate import CalibrateConfig, Calibration, calibrate, calibrate_by_hand
 from .personalise_shapes import PersonaliseConfig, personalise_shapes, shape_corrections, spline
+from .plausibility import Fit, doubts
 
 
 @dataclass(frozen=True)
 class TakeConfig:
     """Everything that `mien solve` may be told."""
 
+    face: FaceClusterConfig = FaceClusterConfig()
+    outliers: OutlierConfig = OutlierConfig()
     stabilise: StabiliseConfig = StabiliseConfig()
     gaps: GapConfig = GapConfig()
     depth: DepthConfig = DepthConfig()
@@ -41,6 +46,10 @@ class TakeSolve:
     """An animated face and what is known of how good it is."""
 
     performance: Performance
+    markers: Markers
+    """The face's markers, wild samples turned to gaps."""
+    lines: tuple[str, ...]
+    """What was left out, and what is doubtful: a line each."""
     calibration: Calibration
     """Where the markers sit, on the performance's rig."""
     T_lab_face: Transform
@@ -65,32 +74,54 @@ def solve_take(
 ) -> TakeSolve:
     """Markers alone -> a person, their rig bent to them, weights and head pose for every frame.
 
-    The steps: take the head's motion out; fill short gaps; lay a calm frame's markers on the face; solve all
-    frames; bend the shapes to the performer and solve again. `attachment` places the markers by hand.
+    The steps: find the face's markers; turn wild samples to gaps; take the head's motion out; fill short gaps; lay
+    the markers on the face and find the neutral; solve all frames, bend the shapes to the performer and solve again.
+
+    Args:
+        attachment: places the markers by hand, one a marker of the take.
+
+    Raises:
+        BadInput: the markers are no face's; too few are seen.
     """
-    stabilised = stabilise(markers, config.stabilise)
-    positions = fill_gaps(stabilised.markers.positions, markers.rate, config.gaps)
-    depth = depth_metric(markers.positions, config.depth)
+    found = find_face(markers, config.face)
+    cleaned = remove_outliers(found.markers, config.outliers)
+    rate = markers.rate
+    stabilised = stabilise(cleaned.markers, config.stabilise)
+    positions = fill_gaps(stabilised.markers.positions, rate, config.gaps)
+    depth = depth_metric(cleaned.markers.positions, config.depth)
     if attachment is None:
         calibration = calibrate(positions, face, depth.metric, config.calibrate, progress)
     else:
-        calibration = calibrate_by_hand(positions, face, attachment, depth.metric, config.calibrate)
-    T_lab_face = stabilised.T_lab_head @ calibration.T_face_head.inverse()
+        here = Attachment(attachment.faces[found.kept], attachment.barycentric[found.kept])
+        calibration = calibrate_by_hand(positions, face, here, depth.metric, config.calibrate)
+    start = stabilised.T_lab_head @ calibration.T_face_head.inverse()
     lab = stabilised.T_lab_head.apply(positions)
-    metric = depth.in_face_space(T_lab_face)
-    calibration, solved = _solve_and_personalise(
-        lab, T_lab_face, markers.rate, calibration, face, metric, config, progress
-    )
+    metric = depth.in_face_space(start)
+    personal, solved = _solve_and_personalise(lab, start, rate, calibration, face, metric, config, progress)
     performance = Performance(
-        rig=calibration.rig,
+        rig=personal.rig,
         weights=solved.weights,
         T_world_face=turn_y_up(solved.T_lab_face),
-        rate=markers.rate,
+        rate=rate,
         tracked=solved.tracked,
     )
     return TakeSolve(
-        performance, calibration, solved.T_lab_face, solved.residuals, solved.used, depth_known=depth.known
+        performance=performance,
+        markers=cleaned.markers,
+        lines=_lines(found, cleaned, calibration, config),
+        calibration=personal,
+        T_lab_face=solved.T_lab_face,
+        residuals=solved.residuals,
+        used=solved.used,
+        depth_known=depth.known,
     )
+
+
+def _lines(found: FaceMarkers, cleaned: Cleaned, calibration: Calibration, config: TakeConfig) -> tuple[str, ...]:
+    """What whoever runs the job should know."""
+    fit = Fit(calibration.shape_mm, np.inf, 0.0, calibration.alignment_margin)
+    lines = [*found.lines, cleaned.line(), calibration.neutral.line(cleaned.markers.rate)]
+    return (*(line for line in lines if line), *doubts(fit, config.calibrate.plausibility))
 
 
 def _solve_and_personalise(

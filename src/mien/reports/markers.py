@@ -35,10 +35,10 @@ def telling_frames(performance: Performance, count: int = PREVIEW_FRAMES) -> lis
 
 
 def preview(
-    solved: TakeSolve, markers: Markers, size: int = 420, progress: Progress = SILENT
+    solved: TakeSolve, size: int = 420, progress: Progress = SILENT
 ) -> UInt8[np.ndarray, "h w 3"]:
     """A contact sheet of telling frames, the recorded markers drawn on the face."""
-    performance = solved.performance
+    performance, markers = solved.performance, solved.markers
     frames = telling_frames(performance)
     view = frontal_camera(performance.rig.neutral, (size, round(size * 1.25)), yaw=0.3)
     renderer = Renderer(performance.rig.neutral, rig_look(performance.rig.neutral), performance.rig.texture)
@@ -66,14 +66,14 @@ def with_dots(
 
 
 def take_report(
-    name: str, solved: TakeSolve, markers: Markers, picture: UInt8[np.ndarray, "h w 3"], notes: Sequence[str] = ()
+    name: str, solved: TakeSolve, picture: UInt8[np.ndarray, "h w 3"], notes: Sequence[str] = ()
 ) -> Report:
     """The report of `mien solve`: picture, figures, residuals by marker and over time, the weights that moved."""
-    performance, residuals = solved.performance, solved.residuals
+    performance, residuals, markers = solved.performance, solved.residuals, solved.markers
     report = Report(f"{name}: markers to an animated face", _lead(solved, markers))
     report.figure(picture, "Frames that differ most. Dots are the recorded markers, seen in the head's frame.")
     report.heading("How good it is").table(_figures(solved, markers), ("", ""))
-    for note in [*notes, *_doubts(solved)]:
+    for note in [*notes, *solved.lines, *_doubts(solved)]:
         report.text(note)
     report.heading("Residual of every marker")
     means = {n: float(m) for n, m in zip(markers.labels, _nanmean(residuals, 0), strict=True) if np.isfinite(m)}
@@ -107,7 +107,8 @@ def _figures(solved: TakeSolve, markers: Markers) -> list[tuple[str, str]]:
         ("95th percentile", f"{np.nanpercentile(residuals, 95):.3f} mm"),
         ("margin over the best other alignment (0 to 1)", f"{calibration.alignment_margin:.2f}"),
         ("residual of the best other alignment", second_best),
-        ("calm frame", f"{calibration.calm}"),
+        ("neutral frame", f"{calibration.neutral.frame}"),
+        ("motion that is added to it", f"{100 * calibration.neutral.added:.0f} %"),
         ("markers' distance from the skin", f"{calibration.standoff.mean():.1f} mm"),
         ("samples seen", f"{100 * seen.mean():.1f} %"),
         ("samples left out as outliers", f"{int((seen & ~solved.used & solved.performance.tracked[:, None]).sum())}"),
@@ -122,11 +123,6 @@ def _doubts(solved: TakeSolve) -> list[str]:
             "Depth is no measurement in this take: each marker's depth follows from its place in the image, as a "
             "single camera's does. It counted for a hundredth of the other directions; protrusion (pucker, jaw "
             "forward) and nods are therefore guesses."
-        )
-    if solved.calibration.alignment_margin < 0.15:
-        doubts.append(
-            "Another alignment of the markers explains the take almost as well. Look at the dots in the picture; "
-            "--attach places the markers by hand."
         )
     return doubts
 

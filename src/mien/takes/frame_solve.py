@@ -29,6 +29,8 @@ class SolveConfig:
     """mm^2: price of a weight's squared change between frames 1/30 s apart; 0 switches it off."""
     ridge: float = 1.0
     """mm^2: price of a squared weight, so that shapes no marker sees stay at rest."""
+    still_power: float = 2.0
+    """Head pose is told by markers as (how far shapes move them)^-this; 0: by all alike."""
     rounds: int = 3
     """Gauss-Newton rounds: weights and pose increments together, then the pose is composed."""
     outlier: float = 4.0
@@ -76,7 +78,15 @@ def solve_frames(
         T_lab_face: start; `mien.takes.stabilise` gives a good one.
         metric: M, in face space; identity unless the take knows less about one direction than the others.
         warm: weights to start from; saves time, changes nothing.
+
+    Raises:
+        ValueError: a model or poses that are not finite.
+        BadInput: no frame shows enough markers.
     """
+    if not (np.isfinite(T_lab_face.rotation).all() and np.isfinite(T_lab_face.translation).all()):
+        raise ValueError("T_lab_face: expected finite poses, got NaN or infinity")
+    if not (np.isfinite(model.rest).all() and np.isfinite(model.shapes).all()):
+        raise ValueError("model: expected finite places and shapes, got NaN or infinity; leave unseen markers out")
     M = np.eye(3) if metric is None else metric
     seen = visible(positions)
     tracked = seen.sum(axis=1) >= config.fewest
@@ -87,7 +97,8 @@ def solve_frames(
     for _ in range(config.rounds):
         r = np.nan_to_num(T.inverse().apply(positions) - model.rest)
         G, b = normal_equations(model.jacobian(), M, r, used)
-        weights, pose, converged = _inner(G, b, weights, rate, config)
+        still = normal_equations(model.jacobian(), M, r, used, stillness(model, config.still_power))
+        weights, pose, converged = _inner(G, b, still, weights, rate, config)
         T = T @ Transform(rotation_from_vector(pose[:, :3]), pose[:, 3:])
         settled = np.abs(pose[:, :3]).max() < SETTLED_RAD and np.abs(pose[:, 3:]).max() < SETTLED_MM
         residuals = np.linalg.norm(T.inverse().apply(positions) - model.points(weights), axis=2)
@@ -103,9 +114,12 @@ def normal_equations(
     metric: Float[np.ndarray, "3 3"],
     residuals: Float[np.ndarray, "frames markers 3"],
     used: Bool[np.ndarray, "frames markers"],
+    worth: Float[np.ndarray, " markers"] | None = None,
 ) -> tuple[Float[np.ndarray, "frames columns columns"], Float[np.ndarray, "frames columns"]]:
     """A'MA and A'Mr for every frame. Frames differ only by the markers they miss, whose blocks are taken off."""
     MA = np.einsum("ab,mbk->mak", metric, jacobian)
+    if worth is not None:
+        MA = worth[:, None, None] * MA
     blocks = np.einsum("mak,mal->mkl", jacobian, MA)
     t, m, _ = residuals.shape
     missing = sp.csr_array((~used).astype(float)) @ blocks.reshape(m, -1)
@@ -114,24 +128,44 @@ def normal_equations(
     return grams, b
 
 
-def without_pose(
-    G: Float[np.ndarray, "frames columns columns"], b: Float[np.ndarray, "frames columns"]
-) -> tuple[Float[np.ndarray, "frames k k"], Float[np.ndarray, "frames k"], Float[np.ndarray, "frames 6 c"]]:
-    """The normal equations with the pose increment eliminated (Schur complement), and how to get it back.
+def stillness(model: MarkerModel, power: float) -> Float[np.ndarray, " markers"]:
+    """How much each marker tells of the skull, 0..1: (how far shapes move it)^-power, the stillest tenth at 1.
 
-    The third array maps (1, -weights) to the pose increment that goes with them.
+    Forehead, bridge of the nose and sides hold still where lips and jaw run away: a smile is no lift of the head
+    (Beeler and Bradley 2014, who hold to skull and nose where they know them).
+    """
+    moved = np.sqrt((model.shapes**2).sum(axis=(0, 2)))
+    floor = max(float(np.quantile(moved, 0.1)), 1e-6)
+    return (floor / np.maximum(moved, floor)) ** power
+
+
+def without_pose(
+    G: Float[np.ndarray, "frames columns columns"],
+    b: Float[np.ndarray, "frames columns"],
+    G_still: Float[np.ndarray, "frames columns columns"] | None = None,
+    b_still: Float[np.ndarray, "frames columns"] | None = None,
+) -> tuple[Float[np.ndarray, "frames k k"], Float[np.ndarray, "frames k"], Float[np.ndarray, "frames 6 c"]]:
+    """The normal equations with the pose increment p eliminated, and how to get it back: p = back (1, -weights).
+
+    p is the least-squares pose under the second pair, whose markers are weighted by how still they are: p = p_0 - B w.
+    What is left of the first pair is |r - J p_0 - (A - J B) w|^2. Without a second pair it is the Schur complement.
     """
     k = b.shape[1] - POSE
-    floor = 1e-9 * (1 + np.trace(G[:, k:, k:], axis1=1, axis2=2))
-    pose = G[:, k:, k:] + floor[:, None, None] * np.eye(POSE)
-    back = np.linalg.solve(pose, np.concatenate([b[:, k:, None], G[:, k:, :k]], axis=2))
-    reduced = G[:, :k, :k] - G[:, :k, k:] @ back[:, :, 1:]
-    return reduced, b[:, :k] - (G[:, :k, k:] @ back[:, :, :1])[..., 0], back
+    H, h = (G, b) if G_still is None or b_still is None else (G_still, b_still)
+    floor = 1e-9 * (1 + np.trace(H[:, k:, k:], axis1=1, axis2=2))
+    pose = H[:, k:, k:] + floor[:, None, None] * np.eye(POSE)
+    back = np.linalg.solve(pose, np.concatenate([h[:, k:, None], H[:, k:, :k]], axis=2))
+    B, p0 = back[:, :, 1:], back[:, :, :1]
+    AJ, JJ, Bt = G[:, :k, k:], G[:, k:, k:], np.swapaxes(B, 1, 2)
+    cross = AJ @ B
+    reduced = G[:, :k, :k] - cross - np.swapaxes(cross, 1, 2) + Bt @ JJ @ B
+    left = b[:, :k, None] - AJ @ p0 - Bt @ (b[:, k:, None] - JJ @ p0)
+    return reduced, left[..., 0], back
 
 
-def _inner(G, b, weights, rate, config):
+def _inner(G, b, still, weights, rate, config):
     """One box-constrained solve of the whole take: weights, the pose increments that go with them, convergence."""
-    G, b, back = without_pose(G, b)
+    G, b, back = without_pose(G, b, *still)
     k = b.shape[1]
     result = smooth_box_least_squares(
         G + config.ridge * np.eye(k),

@@ -21,6 +21,8 @@ class StabiliseConfig:
     """A marker that moves less than this against the others gains no further weight by it."""
     still_share: float = 0.3
     """Share of the markers that count as still, so that no two or three of them take over."""
+    robust_mm: float = 15.0
+    """A sample this far from its marker's place in the head loses half of its say in its frame; inf: none does."""
 
 
 @dataclass(frozen=True)
@@ -49,14 +51,16 @@ def stabilise(markers: Markers, config: StabiliseConfig = StabiliseConfig()) -> 
     if not enough.any():
         raise BadInput("the take shows fewer than 3 markers in every frame; nothing can be aligned")
     reference = X[np.argmax(seen.sum(axis=1))]
-    weights = np.ones(X.shape[1])
+    weights, trust = np.ones(X.shape[1]), np.ones(seen.shape)
     for _ in range(config.iterations):
         usable = seen & np.isfinite(reference).all(axis=1)
-        T = procrustes_frames(np.nan_to_num(reference), X, usable * weights).transform
+        T = procrustes_frames(np.nan_to_num(reference), X, usable * weights * trust).transform
         aligned = T.inverse().apply(X)
         aligned[~enough] = np.nan
         reference = _nanmedian(aligned)
-        spread = _nanmedian(np.linalg.norm(aligned - reference, axis=2))
+        off = np.linalg.norm(aligned - reference, axis=2)
+        trust = 1 / (1 + (np.nan_to_num(off) / config.robust_mm) ** 2)
+        spread = _nanmedian(off)
         floor = max(config.still_mm, float(np.nanquantile(spread, config.still_share)))
         weights = np.nan_to_num(floor**2 / np.maximum(spread, floor) ** 2)
     T = hold(T, enough)

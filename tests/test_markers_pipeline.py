@@ -54,9 +54,9 @@ def test_telling_frames_differ(solved):
 
 
 def test_preview_and_report(staged, solved, tmp_path):
-    picture = preview(solved, staged.markers, size=120)
+    picture = preview(solved, size=120)
     assert picture.std() > 10
-    take_report("take.c3d", solved, staged.markers, picture, ["a note & more"]).write(tmp_path / "r.html")
+    take_report("take.c3d", solved, picture, ["a note & more"]).write(tmp_path / "r.html")
     html = (tmp_path / "r.html").read_text()
     assert "a note &amp; more" in html
     assert staged.markers.labels[0] in html

@@ -1,0 +1,91 @@
+"""Is it a face at all, and is it surely laid on the right way round?"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from ..errors import BadInput
+
+
+@dataclass(frozen=True)
+class PlausibilityConfig:
+    """From where on a take is doubted, and refused. On twelve takes of faces and ten of other things (hands, bodies,
+    boxes, balls, legs, random points) nothing is refused wrongly and only one half ball passes, with a warning."""
+
+    refuse: bool = True
+    """False solves whatever it is."""
+    worst_shape_mm: float = 3.5
+    """Markers this far from any person's face, rms, are no face's (faces: 0.5 to 2.4)."""
+    doubtful_shape_mm: float = 1.5
+    """... and from this on where nothing moves, or where it might as well lie another way round."""
+    still_mm: float = 0.3
+    """Markers that move less than this against one another, rms, are a thing that is carried about."""
+    least_margin: float = 0.03
+    """An alignment no better than another by this share is a coin's toss (faces: 0.2 to 0.85)."""
+    sure_margin: float = 0.15
+    """... and below this it is doubtful."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """What the markers are judged by."""
+
+    shape_mm: float
+    """rms distance of the calm frame's markers from the best person's face."""
+    motion_mm: float
+    """rms of the markers' motion in the head's frame."""
+    residual_mm: float
+    """rms of what the best person's shapes leave of it."""
+    margin: float
+    """1 - (residual of the alignment / residual of the best other one)."""
+
+
+def motion_of(positions: Float[np.ndarray, "frames markers 3"]) -> float:
+    """rms distance of markers (head frame) from their own median places, mm."""
+    seen = np.isfinite(positions).all(axis=2)
+    place = np.nanmedian(positions[:, seen.any(axis=0)], axis=0)
+    return float(np.sqrt(np.nanmean(((positions[:, seen.any(axis=0)] - place) ** 2).sum(axis=2))))
+
+
+def refuse_no_face(fit: Fit, config: PlausibilityConfig = PlausibilityConfig()) -> None:
+    """Refuse markers that no face can wear.
+
+    Raises:
+        BadInput: with the reason.
+    """
+    reason = why_no_face(fit, config)
+    if config.refuse and reason:
+        raise BadInput(
+            f"this is no face: {reason}; choose the face's markers with --markers PATTERN, or name the unit with "
+            "--units (--attach places the markers of a face that is not recognised)"
+        )
+
+
+def why_no_face(fit: Fit, config: PlausibilityConfig) -> str:
+    """The reason, or nothing."""
+    if fit.shape_mm > config.worst_shape_mm:
+        return f"the markers stand {fit.shape_mm:.1f} mm off the nearest face"
+    if fit.motion_mm < config.still_mm and fit.shape_mm > config.doubtful_shape_mm:
+        return f"nothing moves and the markers stand {fit.shape_mm:.1f} mm off the nearest face"
+    if fit.residual_mm > fit.motion_mm > config.worst_shape_mm:
+        return f"the markers move by {fit.motion_mm:.0f} mm as no expression does"
+    if fit.margin < config.least_margin and fit.shape_mm > config.doubtful_shape_mm:
+        return f"the markers stand {fit.shape_mm:.1f} mm off the nearest face and lie on it as well the other way round"
+    return ""
+
+
+def doubts(fit: Fit, config: PlausibilityConfig = PlausibilityConfig()) -> tuple[str, ...]:
+    """A line for each thing that is not sure."""
+    lines = []
+    if fit.margin < config.sure_margin:
+        lines.append(
+            f"another alignment of the markers explains the take nearly as well (margin {fit.margin:.2f}); look at the "
+            "dots in the picture, --attach places the markers by hand"
+        )
+    if fit.shape_mm > config.doubtful_shape_mm:
+        lines.append(
+            f"the markers stand {fit.shape_mm:.1f} mm off the nearest face, more than a face's usually do; look at the "
+            "dots in the picture"
+        )
+    return tuple(lines)

@@ -1,0 +1,41 @@
+"""What is refused as no face, and what is doubted."""
+
+import numpy as np
+import pytest
+
+from mien.errors import BadInput
+from mien.markers.plausibility import Fit, PlausibilityConfig, doubts, motion_of, refuse_no_face
+
+FACE = Fit(shape_mm=0.8, motion_mm=2.0, residual_mm=0.6, margin=0.5)
+
+
+def test_a_face_passes_without_a_word():
+    refuse_no_face(FACE)
+    assert doubts(FACE) == ()
+
+
+@pytest.mark.parametrize(
+    ("fit", "says"),
+    [
+        (Fit(6.0, 2.0, 0.6, 0.5), "6.0 mm off the nearest face"),
+        (Fit(2.0, 0.1, 0.1, 0.5), "nothing moves"),
+        (Fit(2.0, 10.0, 12.0, 0.5), "as no expression does"),
+        (Fit(1.9, 0.5, 0.5, 0.0), "the other way round"),
+    ],
+)
+def test_what_no_face_does_is_refused_and_says_why(fit, says):
+    with pytest.raises(BadInput, match=says):
+        refuse_no_face(fit)
+    refuse_no_face(fit, PlausibilityConfig(refuse=False))
+
+
+def test_doubts_are_lines():
+    assert "--attach" in doubts(Fit(0.8, 2.0, 0.6, 0.1))[0]
+    assert "2.2 mm off" in doubts(Fit(2.2, 2.0, 0.6, 0.5))[0]
+
+
+def test_motion_is_about_each_markers_own_place():
+    X = np.tile(np.arange(12.0).reshape(1, 4, 3), (5, 1, 1))
+    assert motion_of(X) == 0
+    X[:, 0, 0] += [-1, 1, 0, -1, 1]
+    np.testing.assert_allclose(motion_of(X), np.sqrt(4 / 20))

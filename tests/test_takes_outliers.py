@@ -1,0 +1,68 @@
+"""Wild samples, ghosts and swapped labels."""
+
+import numpy as np
+import pytest
+
+from marker_stage import motion
+from mien.clip import Markers
+from mien.takes.outliers import OutlierConfig, nearest_markers, remove_outliers
+
+FRAMES = 240
+
+
+@pytest.fixture(scope="module")
+def clean():
+    """Thirty markers on a bent sheet that a few smooth motions move, under head motion."""
+    rng = np.random.default_rng(0)
+    x, y = np.meshgrid(np.linspace(-60, 60, 6), np.linspace(-70, 70, 5))
+    rest = np.stack([x.ravel(), y.ravel(), -(x.ravel() ** 2) / 120], 1)
+    time = np.arange(FRAMES)[:, None] / 60
+    sources = np.maximum(np.sin(time * [2.0, 3.1, 1.3] + [0, 1, 2]), 0)
+    centres = rest[[3, 17, 26]]
+    fields = np.exp(-((rest[None] - centres[:, None]) ** 2).sum(axis=2) / 40**2)[..., None] * rng.normal(size=(3, 1, 3))
+    face = rest + 8 * np.einsum("ts,smd->tmd", sources, fields) + 0.1 * rng.normal(size=(FRAMES, 30, 3))
+    return Markers(motion(FRAMES, 1).apply(face), tuple(f"m{i}" for i in range(30)), 60.0)
+
+
+def test_a_clean_take_loses_nothing(clean):
+    found = remove_outliers(clean)
+    assert not found.wild.any()
+    assert found.line() == ""
+    np.testing.assert_array_equal(found.markers.positions, clean.positions)
+
+
+def test_one_sample_metres_away_is_found_alone(clean):
+    X = clean.positions.copy()
+    X[50, 7] += [3000.0, 0, 0]
+    found = remove_outliers(clean.with_positions(X))
+    assert np.argwhere(found.wild).tolist() == [[50, 7]]
+    assert np.isnan(found.markers.positions[50, 7]).all()
+    assert "m7 (1 from frame 50)" in found.line()
+
+
+def test_a_ghost_for_twenty_frames_is_found(clean):
+    X = clean.positions.copy()
+    X[100:120, 12] += [0.0, 20, 10]
+    found = remove_outliers(clean.with_positions(X)).wild
+    assert found[100:120, 12].all()
+    assert found.sum() <= 22
+
+
+def test_two_that_wear_each_others_label_are_found(clean):
+    X = clean.positions.copy()
+    X[60:120, [8, 9]] = X[60:120, [9, 8]]
+    found = remove_outliers(clean.with_positions(X)).wild
+    assert found[60:120, [8, 9]].all()
+    assert found.sum() <= 130
+
+
+def test_it_can_be_switched_off(clean):
+    X = clean.positions.copy()
+    X[50, 7] += 3000.0
+    assert not remove_outliers(clean.with_positions(X), OutlierConfig(times=np.inf)).wild.any()
+
+
+def test_neighbours_are_the_nearest_and_never_oneself():
+    head = np.zeros((3, 4, 3))
+    head[:, :, 0] = [0, 10, 30, 100]
+    assert nearest_markers(head, 2).tolist() == [[1, 2], [0, 2], [1, 0], [2, 1]]
