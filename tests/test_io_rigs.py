@@ -42,6 +42,16 @@ def test_a_folder_in_centimetres(tmp_path):
     np.testing.assert_allclose(read_any_rig(tmp_path / "rig", unit="cm").neutral.vertices, mesh.vertices, atol=1e-4)
 
 
+@pytest.mark.parametrize(("unit", "scale"), [("m", 0.001), ("cm", 0.1)])
+def test_a_folder_settles_its_unit_and_says_so(tmp_path, unit, scale):
+    mesh, _, _ = folder_of(tmp_path / "rig", ".ply", scale=scale)
+    told = []
+    read = read_any_rig(tmp_path / "rig", tell=told.append)
+    np.testing.assert_allclose(read.neutral.vertices, mesh.vertices, atol=1e-3)
+    assert len(told) == 1
+    assert f"read as {unit}" in told[0]
+
+
 def test_a_glb_is_a_rig(tmp_path):
     write_rig(tmp_path / "rig.glb", rig())
     same_rig(read_any_rig(tmp_path / "rig.glb"), rig())

@@ -194,7 +194,7 @@ def test_from_the_shell_a_target_that_shows_no_face_is_still_driven_and_told_of(
 
     write_performance(tmp_path / "perf.glb", acting())
     write_rig(tmp_path / "other.glb", remeshed()[0])
-    monkeypatch.setattr("mien.cli.retarget.match_faces", blind)
+    monkeypatch.setattr("mien.cli.play.match_faces", blind)
     words = ["retarget", str(tmp_path / "perf.glb"), "--to", str(tmp_path / "other.glb"), "-o", str(tmp_path / "o.glb")]
     with pytest.raises(SystemExit) as stop:
         main(words)

@@ -1,6 +1,5 @@
 """`mien convert`: from one file format to another."""
 
-import sys
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -16,12 +15,14 @@ from ..io.meshes import SUFFIXES as SCANS
 from ..io.meshes import WRITERS as MESHES
 from ..io.meshes import read_scan, write_mesh
 from ..io.meshes.sequence import write_sequence
-from ..io.rigs import read_any_rig
+from ..io.name_map import read_name_map
+from ..io.rigs import GLTF, read_any_rig
 from .bar import bar
 from .options import use_only, verb
 from .outputs import ANY, FOLDER, check_outputs
+from .play import play_on, tell
 
-OPTIONS = ("units", "rate", "markers", "rig", "frames_as", "still")
+OPTIONS = ("units", "rate", "markers", "rig", "map_file", "frames_as", "still")
 """What depends on which way a conversion goes."""
 
 _ROUTES = """a marker take to .c3d; a performance .glb to .csv (Live Link Face) or to a folder (a mesh a frame);
@@ -37,6 +38,7 @@ def convert(
     rate: float | None = None,
     markers: str | None = None,
     rig: Path | None = None,
+    map_file: Annotated[Path | None, Parameter(name="--map")] = None,
     frames_as: Literal["ply", "obj"] = "ply",
     still: bool = False,
 ) -> None:
@@ -59,7 +61,9 @@ def convert(
     markers:
         Of a marker take these alone: a pattern with or without the subject (`Actor:*`), several with commas between.
     rig:
-        The face that plays a Live Link Face file; by default the bundled one.
+        The face that plays a Live Link Face file; by default the bundled one. What else its file holds stays.
+    map_file:
+        Pairs of shape names by hand, where spelling does not tell: JSON {"theirs": "jawOpen"}, or CSV.
     frames_as:
         ply or obj, for a mesh a frame.
     still:
@@ -74,21 +78,21 @@ def convert(
         use_only(mode, OPTIONS, "units", "rate", "markers")
         _markers(source, output, units, rate, markers)
     elif kind == ".csv" and end == ".glb":
-        use_only(mode, OPTIONS, "rate", "rig")
-        write_performance(output, read_live_link(source, rate).to_performance(_rig(rig)))
-    elif kind == ".glb" and end == ".csv":
+        use_only(mode, OPTIONS, "rate", "rig", "map_file")
+        _live_link(source, output, rate, rig, map_file)
+    elif kind in GLTF and end == ".csv":
         use_only(mode, OPTIONS)
         write_live_link(output, read_performance(source))
-    elif kind == ".glb" and end == "":
+    elif kind in GLTF and end == "":
         use_only(mode, OPTIONS, "frames_as", "still")
         with bar() as progress:
             write_sequence(output, read_performance(source), f".{frames_as}", not still, progress)
-    elif kind == ".glb" and end == ".glb":
+    elif kind in GLTF and end == ".glb":
         use_only(mode, OPTIONS)
         _glb(source, output)
     elif kind == "folder" and end == ".glb":
         use_only(mode, OPTIONS, "units")
-        write_rig(output, read_any_rig(source, units))
+        write_rig(output, read_any_rig(source, units, tell))
     elif kind in SCANS and end in MESHES:
         use_only(mode, OPTIONS, "units")
         scan = read_scan(source, units)
@@ -102,7 +106,7 @@ def convert(
 def _markers(source: Path, output: Path, units: str | None, rate: float | None, only: str | None) -> None:
     take = read_marker_file(source, units, rate, only, whole=True)
     for warning in take.warnings:
-        print(f"mien: {warning}", file=sys.stderr)
+        tell(warning)
     write_c3d(output, take.markers, up="+Y" if take.up_source == "file" else None)
 
 
@@ -115,9 +119,14 @@ def _glb(source: Path, output: Path) -> None:
         write_performance(output, performance)
 
 
-def _rig(path: Path | None):
-    if path is not None:
-        return read_any_rig(path)
+def _live_link(source: Path, output: Path, rate: float | None, rig: Path | None, map_file: Path | None) -> None:
+    take = read_live_link(source, rate)
+    for line in take.notes:
+        tell(line)
+    given = {} if map_file is None else read_name_map(map_file)
+    if rig is not None:
+        play_on(take.alone(), rig, output, given, correctives=False)
+        return
     from ..faces.bundled import load_face
 
-    return load_face().rig
+    write_performance(output, take.to_performance(load_face().rig, given))

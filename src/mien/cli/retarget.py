@@ -3,19 +3,13 @@
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 from cyclopts import Parameter
-from jaxtyping import Int
 
-from ..errors import BadInput
-from ..io.gltf import read_performance, write_performance
-from ..io.rigs import read_any_rig
-from ..landmarks.face_correspondence import match_faces
-from ..rig import Rig
-from ..rig.retarget import CORRECTIVE
-from ..rig.retarget import retarget as move
+from ..io.gltf import read_performance
+from ..io.name_map import read_name_map
 from .options import verb
 from .outputs import check_outputs
+from .play import play_on
 
 
 @verb
@@ -25,6 +19,7 @@ def retarget(
     to: Path,
     output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("out.glb"),
     correctives: bool = True,
+    map_file: Annotated[Path | None, Parameter(name="--map")] = None,
 ) -> None:
     """A performance in, the same performance on another rig out: coefficients by name, head pose, correctives.
 
@@ -33,30 +28,18 @@ def retarget(
     performance
         What `mien track` or `mien solve` wrote (.glb).
     to
-        The rig that is to play it (.glb, or a folder of OBJ or PLY).
+        The rig that is to play it (.glb, .gltf, .vrm, or a folder of OBJ or PLY); everything in its file stays.
     output
         Where the result goes (.glb).
     correctives
         Transfer what the blendshapes could not say too; --no-correctives leaves it out.
+    map_file
+        Pairs of shape names by hand, where spelling does not tell: JSON {"theirs": "jawOpen"}, or CSV.
     """
     check_outputs({"an animated face": output}, inputs=[performance, to])
-    played, target = read_performance(performance), read_any_rig(to)
-    match, note = None, ""
-    if correctives and any(name.startswith(CORRECTIVE) for name in played.rig.names):
-        match, note = correspondence(played.rig, target)
-    result = move(played, target, match, correctives)
-    write_performance(output, result.performance)
+    given = {} if map_file is None else read_name_map(map_file)
+    result, note = play_on(read_performance(performance), to, output, given, correctives)
     line = f"{output}: {len(result.moved)} shapes and {result.correctives} correctives on {to}{note}"
     if result.dropped:
         line += f"; the target has nothing for {', '.join(result.dropped)}"
     print(line)
-
-
-def correspondence(source: Rig, target: Rig) -> tuple[Int[np.ndarray, " target_faces"] | None, str]:
-    """Which triangles belong together, and a note; None where the two are the same surface, or show no landmarks."""
-    if np.array_equal(source.neutral.faces, target.neutral.faces):
-        return None, ""
-    try:
-        return match_faces(source, target), ""
-    except BadInput as error:
-        return None, f"; correctives went by nearest points alone ({error})"

@@ -17,6 +17,7 @@ from scipy.spatial.transform import Rotation
 
 from ..errors import BadInput
 from ..files import existing, whole
+from ..mesh import Mesh
 from ..rig import Performance, Rig
 from ..rig.shape_names import NameMatch, match_names
 from ..transforms import Transform
@@ -92,6 +93,11 @@ class LiveLinkTake:
         if not match.moved:
             raise BadInput(f"the rig has no ARKit shape, only {', '.join(names[:3])}, ...: give one that has, or --map")
         return match
+
+    def alone(self) -> Performance:
+        """The take on a rig that has its names and nothing to show, to be retargeted."""
+        nothing = Rig(Mesh(np.eye(3), np.array([[0, 1, 2]])), np.zeros((len(self.names), 3, 3)), self.names)
+        return self.to_performance(nothing)
 
     def to_performance(self, rig: Rig, given: Mapping[str, str] | None = None) -> Performance:
         """The take on a rig: shapes met by name (`match`), the rig's others at 0, the head turning in place.

@@ -1,37 +1,50 @@
 """Rigs from files of any kind: `.glb`, or a folder of meshes that share their vertices."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
 from ..errors import BadInput
 from ..files import existing
+from ..mesh import Scan
 from ..rig import Rig
 from .gltf import read_rig
 from .meshes import read_scan
+from .units import UNITS
 
 SUFFIXES = (".obj", ".ply")
+GLTF = (".glb", ".gltf", ".vrm")
+_FACE_MM = (130.0, 900.0)
+"""Box diagonals that are taken for a face or a head with its neck: of mm, m and cm only one can fit."""
+_TRIED = ("mm", "m", "cm")
 
 
-def read_any_rig(path: str | Path, unit: str | None = None) -> Rig:
-    """Read a rig from a `.glb` (see `read_rig`) or from a folder of OBJ or PLY files (see `read_rig_folder`).
+def _unheard(_: str) -> None:
+    """Nobody listens."""
+
+
+def read_any_rig(path: str | Path, unit: str | None = None, tell: Callable[[str], None] = _unheard) -> Rig:
+    """Read a rig from `.glb`, `.gltf` or `.vrm` (`read_rig`), or a folder of OBJ or PLY files (`read_rig_folder`).
+
+    `tell` hears a line on what was assumed.
 
     Raises:
         BadInput: missing, neither, or what those raise.
     """
     path = existing(path)
     if path.is_dir():
-        return read_rig_folder(path, unit)
-    if path.suffix.lower() == ".glb":
+        return read_rig_folder(path, unit, tell)
+    if path.suffix.lower() in GLTF:
         return read_rig(path)
     raise BadInput(f"{path}: is no rig; give a .glb with morph targets or a folder of .obj or .ply, one named neutral")
 
 
-def read_rig_folder(folder: str | Path, unit: str | None = None) -> Rig:
+def read_rig_folder(folder: str | Path, unit: str | None = None, tell: Callable[[str], None] = _unheard) -> Rig:
     """A rig from a folder of meshes with the same vertices: the one named neutral and its shapes.
 
     Shapes are named after the files' stems, in alphabetical order. Faces, texture and colours are the neutral's. `unit`
-    as in `read_scan`.
+    as in `read_scan`; by default the one of mm, m and cm in which the neutral has a face's size, which `tell` hears.
 
     Raises:
         BadInput: no or several neutrals, no other mesh, a mesh of another vertex count, or what `read_scan` raises.
@@ -48,6 +61,7 @@ def read_rig_folder(folder: str | Path, unit: str | None = None) -> Rig:
     if not targets or len(set(stems)) < len(stems):
         problem = "two meshes of one name" if targets else f"no mesh beside {neutrals[0].name}"
         raise BadInput(f"{folder}: has {problem}; put one .obj or .ply for every shape there")
+    unit = _settled(folder, read_scan(neutrals[0]), tell) if unit is None else unit
     neutral = read_scan(neutrals[0], unit)
     n = len(neutral.mesh.vertices)
     deltas = np.empty((len(targets), n, 3))
@@ -57,3 +71,16 @@ def read_rig_folder(folder: str | Path, unit: str | None = None) -> Rig:
             raise BadInput(f"{file}: has {len(vertices)} vertices, {neutrals[0].name} {n}; export both from one mesh")
         deltas[i] = vertices - neutral.mesh.vertices
     return Rig(neutral.mesh, deltas, tuple(stems), neutral.texture)
+
+
+def _settled(folder: Path, neutral: Scan, tell: Callable[[str], None]) -> str:
+    """The unit in which the neutral's size is a face's; millimetres where none is."""
+    span = float(np.linalg.norm(np.ptp(neutral.mesh.vertices, axis=0)))
+    low, high = _FACE_MM
+    unit = next((name for name in _TRIED if low <= span * UNITS[name] <= high), "mm")
+    fits = low <= span * UNITS[unit] <= high
+    if not fits:
+        tell(f"{folder}: no unit makes a face of a size of {span:.4g}; read as mm (--units names another)")
+    elif unit != "mm":
+        tell(f"{folder}: read as {unit}, in which the neutral is {span * UNITS[unit]:.0f} mm across")
+    return unit

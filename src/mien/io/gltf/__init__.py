@@ -14,9 +14,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
-from ...errors import BadInput
 from ...mesh import vertex_normals
 from ...rig import Performance, Rig
 from ...rig.unit_weights import joined, with_unit_weights
@@ -24,8 +23,9 @@ from ...transforms import Transform, quaternions_from_rotations
 from ..meshes.polygons import weld
 from .animation import face_motion, weight_animation
 from .glb import ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER, Glb, GlbBuilder, damage_told, open_glb
-from .mesh import MM, linear_from_srgb, png_bytes, read_surface, split_seams, vertex_count
+from .mesh import MM, Surface, linear_from_srgb, png_bytes, read_surface, split_seams
 from .scene import chain_of, morph_mesh_node, rest_matrix
+from .shapes import shape_deltas, shape_names
 
 _NOTHING_MM = 1e-6
 """Displacements below this are written as none: less than float32 can say about a position."""
@@ -179,43 +179,27 @@ def _add_animation(build: GlbBuilder, performance: Performance) -> None:
 
 
 def _rig(glb: Glb, mesh: dict[str, Any], rest: Float[np.ndarray, "4 4"]) -> Rig:
-    parts = mesh["primitives"]
-    names = _names(glb, mesh)
-    surface = read_surface(glb, parts, [rest] * len(parts))
-    deltas = np.concatenate([_deltas(glb, part, names) for part in parts], axis=1) @ rest[:3, :3].T
-    source = surface.source
-    if source is None:
-        source = weld(np.concatenate([surface.vertices, *deltas], axis=1))
+    names = shape_names(glb, mesh)
+    surface, source, deltas = _welded(glb, mesh, names, rest)
     neutral, first = surface.mesh(source)
     return Rig(neutral, deltas[:, first] / MM, names, surface.texture)
 
 
-def _names(glb: Glb, mesh: dict[str, Any]) -> tuple[str, ...]:
-    targets = mesh["primitives"][0]["targets"]
-    names = (mesh.get("extras") or {}).get("targetNames")
-    if names is None:
-        accessors = [glb.json["accessors"][target["POSITION"]] if "POSITION" in target else {} for target in targets]
-        names = [accessor.get("name") or f"target_{i:03d}" for i, accessor in enumerate(accessors)]
-    if len(names) != len(targets):
-        raise BadInput(f"{glb.path}: has {len(targets)} morph targets but {len(names)} targetNames; export it again")
-    twice = [name for i, name in enumerate(names) if name in names[:i]]
-    if twice:
-        raise BadInput(f"{glb.path}: two morph targets are named {twice[0]}; give each its own name")
-    return tuple(names)
+def source_of_vertices(glb: Glb, node: int | None) -> tuple[Int[np.ndarray, " s"], Float[np.ndarray, "4 4"]]:
+    """For each glTF vertex of the face mesh its vertex in `read_rig`'s rig; and mesh -> scene at rest, metres."""
+    _, mesh = morph_mesh_node(glb)
+    rest = rest_matrix(glb, chain_of(glb, node))
+    return _welded(glb, mesh, shape_names(glb, mesh), rest)[1], rest
 
 
-def _deltas(glb: Glb, part: dict[str, Any], names: tuple[str, ...]) -> Float[np.ndarray, "shapes n 3"]:
-    n = vertex_count(glb, part)
-    if len(part["targets"]) != len(names):
-        raise BadInput(f"{glb.path}: parts of its mesh have {len(part['targets'])} and {len(names)} morph targets")
-    out = np.zeros((len(names), n, 3))
-    for k, (name, target) in enumerate(zip(names, part["targets"], strict=True)):
-        if "POSITION" not in target:
-            continue
-        shift = glb.accessor(target["POSITION"])
-        if len(shift) != n:
-            raise BadInput(f"{glb.path}: morph target {name} has {len(shift)} vertices, the neutral {n}; export again")
-        if not np.isfinite(shift).all():
-            raise BadInput(f"{glb.path}: morph target {name} is not finite; export again")
-        out[k] = shift
-    return out
+def _welded(
+    glb: Glb, mesh: dict[str, Any], names: tuple[str, ...], rest: np.ndarray
+) -> tuple[Surface, np.ndarray, np.ndarray]:
+    """The mesh's glTF vertices, which of them are one, and their displacements, metres in the scene."""
+    parts = mesh["primitives"]
+    surface = read_surface(glb, parts, [rest] * len(parts))
+    deltas = np.concatenate([shape_deltas(glb, part, names) for part in parts], axis=1) @ rest[:3, :3].T
+    source = surface.source
+    if source is None:
+        source = weld(np.concatenate([surface.vertices, *deltas], axis=1))
+    return surface, source, deltas

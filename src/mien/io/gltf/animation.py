@@ -8,7 +8,7 @@ from jaxtyping import Float
 from ...errors import BadInput
 from ...transforms import Transform
 from .glb import Glb
-from .scene import node_matrices
+from .scene import chain_of, global_matrix, head_joint, node_matrices
 
 _HIGHEST_RATE = 1000.0
 
@@ -34,11 +34,14 @@ def weight_animation(
 def face_motion(
     glb: Glb, chain: list[int], animation: dict[str, Any], times: Float[np.ndarray, " frames"], rest: np.ndarray
 ) -> Transform:
-    """Where the animation takes the mesh from its rest pose, one rigid motion a frame, metres.
+    """Where the animation takes the mesh (skinned: the head's bone) from its rest pose, a rigid motion a frame, metres.
 
     Raises:
         BadInput: it changes the mesh's size.
     """
+    joint = head_joint(glb, chain[-1]) if chain and "skin" in glb.json["nodes"][chain[-1]] else None
+    if joint is not None:
+        chain, rest = chain_of(glb, joint), global_matrix(glb, joint)
     whole = np.tile(np.eye(4), (len(times), 1, 1))
     for n in chain:
         node = glb.json["nodes"][n]

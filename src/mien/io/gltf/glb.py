@@ -1,5 +1,6 @@
 """The GLB container and glTF's accessors: binary arrays behind a JSON index (glTF 2.0, sections 3.6 and 4)."""
 
+import base64
 import json
 import struct
 from collections.abc import Iterator
@@ -7,6 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
 import numpy as np
 
@@ -78,13 +80,15 @@ class Glb:
 
 
 def open_glb(path: str | Path) -> Glb:
-    """Read a `.glb` whole.
+    """Read a `.glb` (or `.vrm`), or a `.gltf` with its buffers and pictures, whole.
 
     Raises:
         BadInput: missing, not GLB, cut off, compressed.
     """
     path = existing(path)
     data = path.read_bytes()
+    if data.lstrip(b"\xef\xbb\xbf \t\r\n")[:1] == b"{":
+        return read_gltf(path, data)
     if len(data) < 20 or struct.unpack_from("<I", data)[0] != _MAGIC:
         raise BadInput(f"{path}: is not a .glb file (it does not start with glTF); export binary glTF 2.0")
     _, version, length = struct.unpack_from("<III", data)
@@ -95,10 +99,60 @@ def open_glb(path: str | Path) -> Glb:
     chunks = dict(_chunks(path, data[:length]))
     with damage_told(path):
         content = json.loads(chunks[_JSON])
-        compressed = _COMPRESSED & set(content.get("extensionsUsed", []))
-    if compressed:
-        raise BadInput(f"{path}: is compressed ({', '.join(sorted(compressed))}); export it without compression")
+        _refuse_compression(path, content)
     return Glb(path, content, chunks.get(_BIN, b""))
+
+
+def _refuse_compression(path: Path, content: dict[str, Any]) -> None:
+    compressed = _COMPRESSED & set(content.get("extensionsUsed", []))
+    if compressed:
+        raise BadInput(
+            f"{path}: is compressed ({', '.join(sorted(compressed))}); export it without compression, or: "
+            f"npx @gltf-transform/cli copy {path.name} {path.stem}-plain.glb"
+        )
+
+
+def read_gltf(path: Path, data: bytes) -> Glb:
+    """A `.gltf` with its buffers and pictures, from files beside it or data URIs, as if it were one `.glb`.
+
+    Raises:
+        BadInput: damaged, compressed, a file that it names is not there.
+    """
+    with damage_told(path):
+        content = json.loads(data.decode("utf-8-sig"))
+        version = str((content.get("asset") or {}).get("version", ""))
+        if not version.startswith("2"):
+            raise BadInput(f"{path}: is glTF version {version or 'unknown'}; export glTF 2.0")
+        _refuse_compression(path, content)
+        blob, starts = bytearray(), []
+        for buffer in content.get("buffers", []):
+            starts.append(len(blob))
+            blob += _resource(path, buffer["uri"])[: buffer["byteLength"]]
+            blob += b"\0" * (-len(blob) % 4)
+        for view in content.get("bufferViews", []):
+            view["byteOffset"] = view.get("byteOffset", 0) + starts[view.get("buffer", 0)]
+            view["buffer"] = 0
+        for image in content.get("images", []):
+            if "uri" in image:
+                uri = image.pop("uri")
+                picture = _resource(path, uri)
+                image["mimeType"] = image.get("mimeType") or (
+                    "image/png" if picture[:4] == b"\x89PNG" else "image/jpeg"
+                )
+                image["bufferView"] = len(content.setdefault("bufferViews", []))
+                content["bufferViews"].append({"buffer": 0, "byteOffset": len(blob), "byteLength": len(picture)})
+                blob += picture + b"\0" * (-len(picture) % 4)
+        content["buffers"] = [{"byteLength": len(blob)}]
+    return Glb(path, content, bytes(blob))
+
+
+def _resource(path: Path, uri: str) -> bytes:
+    if uri.startswith("data:"):
+        return base64.b64decode(uri.partition(",")[2])
+    file = path.parent / unquote(uri)
+    if not file.is_file():
+        raise BadInput(f"{path}: names {uri}, which is not beside it; copy the whole folder, or export one .glb")
+    return file.read_bytes()
 
 
 @contextmanager

@@ -1,5 +1,6 @@
 """glTF's node tree: which node bears the face, what stands above it, where that puts it at rest."""
 
+import re
 from typing import Any
 
 import numpy as np
@@ -45,7 +46,7 @@ def rest_matrix(glb: Glb, chain: list[int]) -> Float[np.ndarray, "4 4"]:
     for n in chain:
         node = glb.json["nodes"][n]
         if "skin" in node:
-            return np.eye(4)
+            return _skin_matrix(glb, n)
         whole = whole @ node_matrices(node, {}, 1)[0]
     return whole
 
@@ -81,3 +82,64 @@ def drawn_parts(glb: Glb) -> list[tuple[dict[str, Any], Float[np.ndarray, "4 4"]
             parts = glb.json["meshes"][node["mesh"]]["primitives"]
             found += [(part, matrix) for part in parts if part.get("mode", 4) == 4]
     return found
+
+
+def global_matrix(glb: Glb, n: int) -> Float[np.ndarray, "4 4"]:
+    """A node -> scene, metres, at rest, skinned or not."""
+    parent = {child: m for m, each in enumerate(glb.json["nodes"]) for child in each.get("children", [])}
+    whole, seen = node_matrices(glb.json["nodes"][n], {}, 1)[0], {n}
+    while n in parent and parent[n] not in seen:
+        n = parent[n]
+        seen.add(n)
+        whole = node_matrices(glb.json["nodes"][n], {}, 1)[0] @ whole
+    return whole
+
+
+def head_joint(glb: Glb, face: int | None) -> int | None:
+    """The bone that turns the head: what VRM calls so, else the joint of the face's skin that is named head, else neck.
+
+    A face without a skin is turned by the bone that it hangs from, if that is named so. None where there is no bone.
+    """
+    nodes = glb.json.get("nodes", [])
+    if face is None or not glb.json.get("skins"):
+        return None
+    skin = nodes[face].get("skin")
+    if skin is None:
+        joints = {joint for each in glb.json["skins"] for joint in each["joints"]}
+        allowed = [n for n in chain_of(glb, face) if n in joints]
+    else:
+        allowed = glb.json["skins"][skin]["joints"]
+    told = _vrm_head(glb)
+    if told is not None and told in allowed:
+        return told
+    for wanted in ("head", "neck"):
+        named = [n for n in allowed if _last_word(nodes[n].get("name") or "") == wanted]
+        if named:
+            return named[0]
+    return None
+
+
+def _vrm_head(glb: Glb) -> int | None:
+    extensions = glb.json.get("extensions") or {}
+    bones = ((extensions.get("VRMC_vrm") or {}).get("humanoid") or {}).get("humanBones") or {}
+    if isinstance(bones, dict) and "head" in bones:
+        return bones["head"]["node"]
+    old = ((extensions.get("VRM") or {}).get("humanoid") or {}).get("humanBones") or []
+    return next((bone["node"] for bone in old if bone.get("bone") == "head"), None)
+
+
+def _last_word(name: str) -> str:
+    """The last word of a bone's name, numbers aside: `mixamorig:Head`, `CC_Base_Head`, `J_Bip_C_Head` say head."""
+    words: list[str] = re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", name)
+    return words[-1].lower() if words else ""
+
+
+def _skin_matrix(glb: Glb, n: int) -> Float[np.ndarray, "4 4"]:
+    """Mesh -> scene of a skinned mesh in its bind pose, by the bone of the head or else the first."""
+    skin = glb.json["skins"][glb.json["nodes"][n]["skin"]]
+    joint = head_joint(glb, n)
+    joint = skin["joints"][0] if joint is None else joint
+    if "inverseBindMatrices" not in skin:
+        return global_matrix(glb, joint)
+    binds = glb.accessor(skin["inverseBindMatrices"]).reshape(-1, 4, 4).transpose(0, 2, 1)
+    return global_matrix(glb, joint) @ binds[skin["joints"].index(joint)]
