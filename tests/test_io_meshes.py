@@ -321,3 +321,32 @@ def test_real_scans_as_trimesh_reads_them(file, vertices, faces, textured):
     assert (scan.texture is not None) == textured
     other = trimesh.load_mesh(path, process=False, maintain_order=True)
     np.testing.assert_allclose(scan.mesh.vertices[scan.mesh.faces], other.vertices[other.faces], atol=1e-6)
+
+
+def test_a_row_of_text_ply_may_hold_more_than_its_header_names(tmp_path):
+    """Exporters add texture coordinates and colours to face lines that the header does not count."""
+    head = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+    head += "element face 2\nproperty list uchar int vertex_indices\nend_header\n"
+    body = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2 6 0 0 1 0 1 1 255\n3 0 2 3 6 0 0 1 1 0 1 255\n"
+    (tmp_path / "a.ply").write_text(head + body)
+    assert read_scan(tmp_path / "a.ply").mesh.faces.tolist() == [[0, 1, 2], [0, 2, 3]]
+    (tmp_path / "a.ply").write_text(head + body.replace("3 0 2 3 6 0 0 1 1 0 1 255\n", "3 0 2\n"))
+    with pytest.raises(BadInput, match="too short"):
+        read_scan(tmp_path / "a.ply")
+
+
+def test_a_vertex_that_is_not_finite_goes_where_no_face_uses_it(tmp_path):
+    text = "v 0 0 0\nv nan nan nan\nv 1 0 0\nv 0 1 0\nf 1 3 4\n"
+    (tmp_path / "a.obj").write_text(text)
+    mesh = read_scan(tmp_path / "a.obj").mesh
+    assert mesh.faces.tolist() == [[0, 1, 2]]
+    assert np.isfinite(mesh.vertices).all()
+    (tmp_path / "a.obj").write_text(text.replace("f 1 3 4", "f 1 2 4"))
+    with pytest.raises(BadInput, match="not finite"):
+        read_scan(tmp_path / "a.obj")
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16"])
+def test_a_byte_order_mark_costs_no_vertex(tmp_path, encoding):
+    (tmp_path / "a.obj").write_text("v 5 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", encoding=encoding)
+    np.testing.assert_array_equal(read_scan(tmp_path / "a.obj").mesh.vertices[0], [5, 0, 0])

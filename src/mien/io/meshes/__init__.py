@@ -19,8 +19,11 @@ from .obj import read_obj, write_obj
 from .ply import read_ply, write_ply
 from .polygons import weld
 from .stl import read_stl
+from .texture_pages import read_pages
 
-READERS: dict[str, Callable[[Path], tuple[Mesh, Path | None]]] = {".obj": read_obj, ".ply": read_ply, ".stl": read_stl}
+Picture = Path | tuple[Path, ...] | None
+"""Where a mesh's colours are: one picture, several pages, or none."""
+READERS: dict[str, Callable[[Path], tuple[Mesh, Picture]]] = {".obj": read_obj, ".ply": read_ply, ".stl": read_stl}
 WRITERS: dict[str, Callable[[Path, Mesh, UInt8[np.ndarray, "h w 3"] | None], None]] = {
     ".obj": write_obj,
     ".ply": write_ply,
@@ -48,11 +51,12 @@ def read_scan(path: str | Path, unit: str | None = None) -> Scan:
         mm = 1.0 if unit is None else parse_unit(unit) / 1000.0
     elif suffix in READERS:
         mesh, picture = READERS[suffix](path)
-        texture = None if picture is None else read_image(picture)
+        texture = _read_picture(picture)
         mm = 1.0 if unit is None else parse_unit(unit)
     else:
         kind = path.suffix or "a file without suffix"
         raise BadInput(f"{path}: cannot read {kind} as a scan; give one of {' '.join(SUFFIXES)}")
+    mesh = without_stray_vertices(mesh)
     check_surface(path, mesh)
     return Scan(replace(mesh, vertices=mesh.vertices * mm), texture, path.stem)
 
@@ -71,6 +75,19 @@ def write_mesh(path: str | Path, mesh: Mesh, texture: UInt8[np.ndarray, "h w 3"]
     writer(path, mesh, texture)
 
 
+def without_stray_vertices(mesh: Mesh) -> Mesh:
+    """The mesh without vertices that are not finite and that no triangle uses: exporters leave them behind."""
+    used = np.zeros(len(mesh.vertices), bool)
+    used[mesh.faces] = True
+    kept = used | np.isfinite(mesh.vertices).all(axis=1)
+    if kept.all() or not len(mesh.faces):
+        return mesh
+    number = np.cumsum(kept) - 1
+    uv = mesh.uv[kept] if mesh.uv is not None and mesh.uv_faces is None else mesh.uv
+    colors = None if mesh.colors is None else mesh.colors[kept]
+    return Mesh(mesh.vertices[kept], number[mesh.faces], uv, mesh.uv_faces, colors)
+
+
 def check_surface(path: Path, mesh: Mesh) -> None:
     """Refuse what is no surface.
 
@@ -85,6 +102,12 @@ def check_surface(path: Path, mesh: Mesh) -> None:
     if not finite.all():
         wrong = np.flatnonzero(~finite)
         raise BadInput(f"{path}: {len(wrong)} vertices are not finite, the first is number {wrong[0]}; clean the mesh")
+
+
+def _read_picture(picture: Picture) -> UInt8[np.ndarray, "h w 3"] | None:
+    if isinstance(picture, tuple):
+        return read_pages(picture)
+    return None if picture is None else read_image(picture)
 
 
 def _read_glb(path: Path) -> tuple[Mesh, UInt8[np.ndarray, "h w 3"] | None]:

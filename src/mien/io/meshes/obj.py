@@ -12,14 +12,19 @@ from ...mesh import Mesh
 from ..parse_numbers import SPACE, parse_floats, parse_integers, token_starts, tokens_by_line
 from .images import write_image
 from .polygons import fan
+from .texture_pages import NO_PAGE, on_pages, page_sizes
+
+BYTE_ORDER_MARK = b"\xef\xbb\xbf"
+"""Which some editors put ahead of UTF-8 text."""
 
 
-def read_obj(path: str | Path) -> tuple[Mesh, Path | None]:
-    """The mesh of an OBJ file in the file's unit, and where its colour picture is.
+def read_obj(path: str | Path) -> tuple[Mesh, Path | tuple[Path, ...] | None]:
+    """The mesh of an OBJ file in the file's unit, and where its colour picture is, or its several pages are.
 
     Polygons become fans of triangles; groups and materials are one mesh; normals, lines and points are left out. Vertex
     colours are read from `v x y z r g b`. The picture is the `map_Kd` of the first material used, else an image of the
-    same name beside the file; None where there is none.
+    same name beside the file; None where there is none. Where materials have several pictures, texture coordinates are
+    those of all of them above each other (see `texture_pages`).
 
     Raises:
         BadInput: missing, binary, a line that is no number, an index of a vertex that is not there.
@@ -39,8 +44,17 @@ def read_obj(path: str | Path) -> tuple[Mesh, Path | None]:
     colors = points[:, 3:6] if points.shape[1] >= 6 else None
     if colors is not None and colors.size and colors.max() > 1:
         colors = colors / 255.0
-    picture = _picture(text) if uv is not None else None
-    return Mesh(points[:, :3], faces, uv, uv_faces, colors), picture
+    mesh = Mesh(points[:, :3], faces, uv, uv_faces, colors)
+    if uv is None:
+        return mesh, None
+    pages, of_polygon = _pages(text)
+    if len(pages) < 2:
+        return mesh, _picture(text)
+    corner_uv = uv[faces if uv_faces is None else uv_faces]
+    of_triangle = np.repeat(of_polygon, np.maximum(counts - 2, 0))
+    uv = on_pages(corner_uv, of_triangle, page_sizes(pages)).reshape(-1, 2)
+    uv_faces = np.arange(3 * len(faces)).reshape(-1, 3)
+    return Mesh(points[:, :3], faces, uv, uv_faces, colors), pages
 
 
 def write_obj(path: str | Path, mesh: Mesh, texture: UInt8[np.ndarray, "h w 3"] | None = None) -> None:
@@ -104,7 +118,9 @@ class _Text:
 
 def _plain(path: Path) -> bytes:
     """The file without line continuations, comments and blanks ahead of a line's first word."""
-    data = path.read_bytes()
+    data = path.read_bytes().removeprefix(BYTE_ORDER_MARK)
+    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        data = data.decode("utf-16", "replace").encode()
     if b"\0" in data[:4096]:
         raise BadInput(f"{path}: is binary, not an OBJ file; does its suffix fit its content?")
     if b"\\" in data:
@@ -193,16 +209,35 @@ def _texture_corners(
     return uv, index[triangles]
 
 
-def _picture(text: _Text) -> Path | None:
-    used, libraries = (
-        [line.strip().decode("utf-8", "replace") for line in text.lines(kind).split(b"\n") if line.strip()]
-        for kind in (b"usemtl", b"mtllib")
-    )
+def _pages(text: _Text) -> tuple[tuple[Path, ...], Int[np.ndarray, " polygons"]]:
+    """The pictures of the materials that polygons use, and which of them each polygon has; -1 for none."""
+    pictures, used = _pictures(text), _names(text, b"usemtl")
+    before = np.cumsum(text.is_kind(b"usemtl"))[text.is_kind(b"f")]
+    of_material = [pictures.get(name) for name in used]
+    found = [picture for i in np.unique(before[before > 0]) if (picture := of_material[i - 1]) is not None]
+    pages = tuple(dict.fromkeys(found))
+    numbers = [NO_PAGE] + [NO_PAGE if p not in pages else pages.index(p) for p in of_material]
+    return pages, np.array(numbers, np.int64)[before]
+
+
+def _names(text: _Text, kind: bytes) -> list[str]:
+    """What stands behind each line's first word."""
+    return [line.strip().decode("utf-8", "replace") for line in text.lines(kind).split(b"\n")]
+
+
+def _pictures(text: _Text) -> dict[str, Path]:
+    """The picture of every material that has one."""
     pictures: dict[str, Path] = {}
-    for library in libraries:
+    for library in filter(None, _names(text, b"mtllib")):
         file = text.path.parent / library.replace("\\", "/")
         if file.is_file():
             pictures |= _pictures_of(file)
+    return pictures
+
+
+def _picture(text: _Text) -> Path | None:
+    """The picture of the first material used, else of any, else the one of the same name beside the file."""
+    used, pictures = _names(text, b"usemtl"), _pictures(text)
     beside = [file for suffix in (".png", ".jpg", ".jpeg") if (file := text.path.with_suffix(suffix)).is_file()]
     first = [pictures[name] for name in used if name in pictures]
     return next(iter([*first, *pictures.values(), *beside]), None)

@@ -1,6 +1,6 @@
 """PLY (Turk 1994), text and binary: vertex order kept exactly, colours, texture coordinates by vertex or by corner."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -139,15 +139,55 @@ def _header(path: Path, data: bytes) -> tuple[list[_Element], str, int, str]:
 
 
 def _read_text(path: Path, elements: list[_Element], body: bytes) -> dict[str, _Columns]:
-    """Text is read as if it were binary with every number a double."""
-    values = parse_floats(body)
-    if values is None:
-        raise BadInput(f"{path}: is damaged: its body does not hold numbers alone; export it again")
+    """Text is read as if it were binary with every number a double: a row a line, whatever else the line holds."""
     doubles = []
     for element in elements:
         properties = [_Property(p.name, "f8", "f8" if p.count else "") for p in element.properties]
         doubles.append(_Element(element.name, element.size, properties))
+    values = parse_floats(body)
+    if values is None or _length(doubles, values) != len(values):
+        values = parse_floats(b"\n".join(_needed_of_lines(path, doubles, body)))
+    if values is None:
+        raise BadInput(f"{path}: is damaged: its body does not hold numbers alone; export it again")
     return _read_binary(path, doubles, values.astype("<f8").tobytes(), 0, "<")
+
+
+def _length(elements: list[_Element], values: Float[np.ndarray, " v"]) -> int:
+    """How many numbers the elements take if their lists are as long as in the first row; -1 where they cannot."""
+    at = 0
+    for element in elements:
+        row = 0
+        for p in element.properties if element.size else ():
+            if p.count and at + row >= len(values):
+                return -1
+            row += 1 + int(np.nan_to_num(values[at + row])) if p.count else 1
+        at += row * element.size
+    return at
+
+
+def _needed_of_lines(path: Path, elements: list[_Element], body: bytes) -> Iterator[bytes]:
+    """Of every line the words that its element's properties take: exporters add some that the header does not name."""
+    lines = (words for line in body.splitlines() if (words := line.split()))
+    for element in elements:
+        for _ in range(element.size):
+            words = next(lines, None)
+            if words is None:
+                have = f"fewer than the {element.size} rows of {element.name} that it promises"
+                raise BadInput(f"{path}: is cut off: it has {have}; copy or export it again")
+            at = 0
+            for p in element.properties:
+                at += 1 + _count(path, words, at) if p.count else 1
+            if at > len(words):
+                raise BadInput(f"{path}: is cut off or damaged: a row of {element.name} is too short; export it again")
+            yield b" ".join(words[:at])
+
+
+def _count(path: Path, words: list[bytes], at: int) -> int:
+    """The length of the list that begins at word `at`."""
+    try:
+        return max(0, int(float(words[at])))
+    except (ValueError, IndexError, OverflowError):
+        raise BadInput(f"{path}: is cut off or damaged: a list has no length; export it again") from None
 
 
 def _read_binary(path: Path, elements: list[_Element], data: bytes, at: int, end: str) -> dict[str, _Columns]:

@@ -1,0 +1,58 @@
+"""Several pictures of one mesh (texture pages) as one: the pages above each other, coordinates moved onto them."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float, Int, UInt8
+from PIL import Image
+
+from ...errors import BadInput
+from .images import read_image
+
+NO_PAGE = -1
+"""Triangles whose material has no picture: they show the corner of the first page."""
+
+
+def page_sizes(paths: Sequence[Path]) -> Int[np.ndarray, "pages 2"]:
+    """Width and height of each picture.
+
+    Raises:
+        BadInput: one that is no picture.
+    """
+    sizes = []
+    for path in paths:
+        try:
+            with Image.open(path) as image:
+                sizes.append(image.size)
+        except (OSError, ValueError, SyntaxError) as error:
+            raise BadInput(f"{path}: is no picture that can be read ({error}); give PNG or JPEG") from None
+    return np.array(sizes, np.int64)
+
+
+def read_pages(paths: Sequence[Path]) -> UInt8[np.ndarray, "h w 3"]:
+    """The pages above each other, the first on top, each at the left; grey where a page is narrower than the widest."""
+    pages = [read_image(path) for path in paths]
+    width = max(page.shape[1] for page in pages)
+    grey = 128
+    padded = [np.pad(p, ((0, 0), (0, width - p.shape[1]), (0, 0)), constant_values=grey) for p in pages]
+    return np.concatenate(padded)
+
+
+def on_pages(
+    uv: Float[np.ndarray, "m 3 2"], page: Int[np.ndarray, " m"], sizes: Int[np.ndarray, "pages 2"]
+) -> Float[np.ndarray, "m 3 2"]:
+    """Texture coordinates of triangles' corners on their own pages -> on all pages above each other.
+
+    A triangle that lies beyond the unit square of a repeated picture is moved back by whole repeats.
+    """
+    repeats = np.floor(uv.min(axis=1, keepdims=True) + 1e-9)
+    inside = np.clip(uv - repeats, 0.0, 1.0)
+    total, width = sizes[:, 1].sum(), sizes[:, 0].max()
+    below = total - np.cumsum(sizes[:, 1])
+    own = np.maximum(page, 0)
+    u = inside[..., 0] * (sizes[own, 0] / width)[:, None]
+    v = (inside[..., 1] * sizes[own, 1][:, None] + below[own][:, None]) / total
+    out = np.stack([u, v], axis=-1)
+    out[page == NO_PAGE] = [0.0, 1.0]
+    return out
