@@ -173,10 +173,12 @@ def find_poses(
     least over all of them is taken. Scans without a known face are started from their shape.
     """
     surfaces = [Surface(frame.mesh) for frame in frames]
+    level = np.zeros(len(frames[0].markers))
     neutral, ways = frames[0], starts_by_shape(frames[0].markers, surfaces[0], config)
     if neutral.T_face_scan is not None:
         misfits = [_common_misfit(neutral.T_face_scan @ way.T_scan_head, frames, surfaces, config) for way in ways]
-        ways = [ways[int(np.argmin(misfits))]] if len(misfits) else []
+        best = [ways[int(np.argmin(misfits))]] if len(misfits) else []
+        ways = [rigid_fit(neutral.markers, surfaces[0], way.T_scan_head, level, config, rise=True) for way in best]
     found = [_judged(neutral.name, ways, config)]
     T_face_head = neutral.T_face_scan @ ways[0].T_scan_head if ways and neutral.T_face_scan is not None else None
     for frame, surface in zip(frames[1:], surfaces[1:], strict=True):
