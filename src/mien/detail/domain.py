@@ -8,7 +8,7 @@ import scipy.sparse as sp
 from jaxtyping import Float, Int
 
 from ..errors import BadInput
-from ..mesh import Attachment, Mesh
+from ..mesh import Attachment, Mesh, adjacency
 from .marker_mesh import MarkerMesh
 
 SIZE = 5
@@ -69,8 +69,7 @@ def marker_strains(
         reference: the markers of the neutral frame, face space, mm.
     """
     k = len(reference)
-    i, j = coarse.triangles[:, [0, 1, 2]].ravel(), coarse.triangles[:, [1, 2, 0]].ravel()
-    joined = sp.csr_matrix((np.ones(2 * len(i)), (np.r_[i, j], np.r_[j, i])), shape=(k, k)) + sp.identity(k)
+    joined = adjacency(coarse.triangles, k) + sp.identity(k)
     near = joined if config.edge_strain else joined @ joined
     ring = sp.csr_matrix(near)
     ring.data[:] = 1.0
@@ -203,8 +202,7 @@ def smooth_bases(
 
 def neighbours(coarse: MarkerMesh, k: int) -> list[Int[np.ndarray, " _"]]:
     """The markers that share an edge with each."""
-    i, j = coarse.triangles[:, [0, 1, 2]].ravel(), coarse.triangles[:, [1, 2, 0]].ravel()
-    joined = sp.csr_matrix((np.ones(2 * len(i)), (np.r_[i, j], np.r_[j, i])), shape=(k, k))
+    joined = adjacency(coarse.triangles, k)
     return [joined.indices[joined.indptr[m] : joined.indptr[m + 1]] for m in range(k)]
 
 

@@ -9,6 +9,7 @@ import scipy.sparse as sp
 from jaxtyping import Float, Float32
 
 from ..mesh import Attachment, Mesh, loop_subdivide
+from ..mesh.subdivide import Refinement
 from .domain import deformation_vectors
 from .fields import ParameterField, parameter_field
 from .fit import DetailMap, DetailModel
@@ -122,19 +123,11 @@ def vertex_attachment(dense: Mesh, model: DetailModel, S: sp.spmatrix) -> Attach
     levels = round(np.log(per) / np.log(4))
     corners = np.tile(np.eye(3), (len(base.faces), 1, 1))
     for _ in range(levels):
-        corners = _halved(corners)
+        corners = Refinement.corners(corners)
     faces = np.repeat(np.arange(len(base.faces)), per)
     flat, first = np.unique(dense.faces.ravel(), return_index=True)
     assert len(flat) == len(dense.vertices)
     return Attachment(np.repeat(faces, 3)[first], corners.reshape(-1, 3)[first])
-
-
-def _halved(corners: Float[np.ndarray, "m 3 3"]) -> Float[np.ndarray, "m4 3 3"]:
-    """Barycentric corners of triangles split in four, in the order of `mesh.subdivide`."""
-    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
-    ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
-    parts = ((a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca))
-    return np.stack([np.stack(part, 1) for part in parts], 1).reshape(-1, 3, 3)
 
 
 def at_vertices(detail: DetailMap, uv: Float[np.ndarray, "n 2"]) -> PolynomialMap:
