@@ -4,9 +4,8 @@ import json
 
 import pytest
 
+from command import mien
 from face_model import needs_model
-from mien.cli.register import register
-from mien.cli.solve import solve
 from mien.errors import BadInput
 from mien.io.gltf import read_performance, read_rig
 from mien.io.markers import write_c3d
@@ -28,14 +27,14 @@ def test_the_command_tells_what_is_wrong(tmp_path, monkeypatch):
     files = {"markers": "take.c3d", "selection": "selection.json", "output": "face.glb"}
     given = {name: tmp_path / file for name, file in files.items()}
     with pytest.raises(BadInput, match="selected frame 110: it has no scan"):
-        register(folder, **given, strict=True)
+        mien("register", folder, **given, strict=True)
     with pytest.raises(BadInput, match="a folder; its scans need the take"):
-        register(folder, output=tmp_path / "face.glb")
+        mien("register", folder, output=tmp_path / "face.glb")
     with pytest.raises(BadInput, match="--markers does nothing for one scan"):
-        register(folder / "s_010.ply", **given)
+        mien("register", folder / "s_010.ply", **given)
     (folder / "s_070.ply").rename(folder / "s_071.ply")
     with pytest.raises(BadInput, match=r"1 scan.s. of selected frames can be used.*frame 71 is not among the selected"):
-        register(folder, **given)
+        mien("register", folder, **given)
     assert not (tmp_path / "face.glb").exists()
 
 
@@ -50,7 +49,8 @@ def test_the_command_leaves_a_rig_that_solve_takes_up(tmp_path, monkeypatch, cap
     (tmp_path / "selection.json").write_text(json.dumps({"frames": list(FRAMES)}))
     quick = ScansConfig(fine=FineConfig(sweeps=0, pixel_mm=1.5, curvature_radius_mm=6.0))
     monkeypatch.setattr("mien.scans.pipeline.ScansConfig", lambda: quick)
-    register(
+    mien(
+        "register",
         folder, output=tmp_path / "face.glb", markers=tmp_path / "take.c3d", selection=tmp_path / "selection.json",
         density=0,
     )  # fmt: skip
@@ -59,7 +59,7 @@ def test_the_command_leaves_a_rig_that_solve_takes_up(tmp_path, monkeypatch, cap
     record = json.loads((tmp_path / "face.register.json").read_text())
     assert set(record["scans"]) == {"s_010", "s_070"}
     assert (tmp_path / "face.html").stat().st_size > 10_000
-    solve(tmp_path / "take.c3d", rig=tmp_path / "face.glb", output=tmp_path / "perf.glb")
+    mien("solve", tmp_path / "take.c3d", rig=tmp_path / "face.glb", output=tmp_path / "perf.glb")
     performance = read_performance(tmp_path / "perf.glb")
     jaw = performance.weights[:, 0]
     assert jaw[70] > 0.8 > 0.2 > jaw[10]

@@ -7,8 +7,8 @@ import struct
 import numpy as np
 import pytest
 
+from command import mien
 from gltf_validator import assert_valid_gltf
-from mien.cli.convert import convert
 from mien.cli.play import play_on
 from mien.errors import BadInput
 from mien.io.gltf import read_performance, read_rig
@@ -210,7 +210,7 @@ def test_a_live_link_file_plays_on_it(tmp_path):
     (tmp_path / "a.csv").write_text(
         "\n".join(["Timecode,BlendShapeCount,JawOpen,EyeBlinkLeft,EyeBlinkRight,HeadYaw", *rows])
     )
-    convert(tmp_path / "a.csv", output=tmp_path / "o.glb", rig=avatar(tmp_path / "a.glb"))
+    mien("convert", tmp_path / "a.csv", output=tmp_path / "o.glb", rig=avatar(tmp_path / "a.glb"))
     back = read_performance(tmp_path / "o.glb")
     np.testing.assert_allclose(back.weights[:, 2], np.arange(30) / 30, atol=1e-6)
 

@@ -4,8 +4,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from command import mien
 from face_model import needs_model
-from mien.cli.register import register
 from mien.errors import BadInput
 from mien.faces.bundled import load_face
 from mien.faces.scan_clean import cleaned, mended, outward, welded, wound_alike
@@ -100,7 +100,7 @@ def test_density_keeps_the_coarse_vertices_first(found, staged):
 @needs_model
 def test_the_command_writes_face_page_and_record(staged, tmp_path, capsys, monkeypatch, found):
     monkeypatch.setattr("mien.fitting.register_scan.register_scan", lambda *_, **__: found)
-    register(staged[0], output=tmp_path / "face.glb", report=tmp_path / "page.html")
+    mien("register", staged[0], output=tmp_path / "face.glb", report=tmp_path / "page.html")
     assert "mean distance" in capsys.readouterr().out
     assert read_rig(tmp_path / "face.glb").names == load_face().rig.names
     record = json.loads((tmp_path / "page.register.json").read_text())["somebody"]
@@ -111,11 +111,11 @@ def test_the_command_writes_face_page_and_record(staged, tmp_path, capsys, monke
 
 def test_the_command_refuses_what_it_cannot_do(tmp_path):
     with pytest.raises(BadInput, match="a folder"):
-        register(tmp_path)
+        mien("register", tmp_path)
     with pytest.raises(BadInput, match=r"\.glb"):
-        register(tmp_path, output=tmp_path / "face.obj")
+        mien("register", tmp_path, output=tmp_path / "face.obj")
     with pytest.raises(BadInput, match="no such file"):
-        register(tmp_path / "scan.obj")
+        mien("register", tmp_path / "scan.obj")
 
 
 def ball() -> Mesh:

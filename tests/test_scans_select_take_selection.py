@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from mien.cli.select import select
+from command import mien
 from mien.clip import Markers
 from mien.errors import BadInput
 from mien.io.image_sequence import read_stills
@@ -139,7 +139,8 @@ def test_the_command_writes_list_study_and_sheet(tmp_path, capsys):
     take, _ = recorded(markers=16)
     write_c3d(tmp_path / "take.c3d", take)
     film(tmp_path / "f.mp4", 30)
-    select(
+    mien(
+        "select",
         tmp_path / "take.c3d", output=tmp_path / "s.json", tolerance=1e-6, max_frames=3, spare_markers=True,
         video=tmp_path / "f.mp4", video_offset=0.2, units="mm",
     )  # fmt: skip
@@ -156,5 +157,5 @@ def test_nothing_is_written_where_the_film_is_too_short(tmp_path):
     write_c3d(tmp_path / "take.c3d", take)
     film(tmp_path / "f.mp4", 2)
     with pytest.raises(BadInput, match="--video-offset"):
-        select(tmp_path / "take.c3d", output=tmp_path / "s.json", tolerance=1e-6, video=tmp_path / "f.mp4")
+        mien("select", tmp_path / "take.c3d", output=tmp_path / "s.json", tolerance=1e-6, video=tmp_path / "f.mp4")
     assert sorted(p.name for p in tmp_path.iterdir()) == ["f.mp4", "take.c3d"]

@@ -1,5 +1,7 @@
 """`mien convert`: from one file format to another."""
 
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -22,11 +24,25 @@ from .options import use_only, verb
 from .outputs import ANY, FOLDER, check_outputs
 from .play import play_on, tell
 
-OPTIONS = ("units", "rate", "markers", "rig", "map_file", "frames_as", "still")
-"""What depends on which way a conversion goes."""
 
-_ROUTES = """a marker take to .c3d; a performance .glb to .csv (Live Link Face) or to a folder (a mesh a frame);
-a Live Link Face .csv or a folder of shapes to .glb; a scan to .obj or .ply""".replace("\n", " ")
+@dataclass(frozen=True)
+class ConvertOptions:
+    """What depends on which way a conversion goes."""
+
+    units: str | None = None
+    """Unit of a marker take, a scan or a folder of shapes: mm, cm, m, in or millimetres in one unit."""
+    rate: float | None = None
+    """Frames a second of a marker take or a Live Link Face file that does not say, or says it wrongly."""
+    markers: str | None = None
+    """Of a marker take these alone: a pattern with or without the subject (`Actor:*`), several with commas between."""
+    rig: Path | None = None
+    """The face that plays a Live Link Face file; by default the bundled one. What else its file holds stays."""
+    map: Path | None = None
+    """Pairs of shape names by hand, where spelling does not tell: JSON {"theirs": "jawOpen"}, or CSV."""
+    frames_as: Literal["ply", "obj"] = "ply"
+    """ply or obj, for a mesh a frame."""
+    still_head: bool = False
+    """Leave head motion out of a mesh a frame."""
 
 
 @verb
@@ -34,13 +50,7 @@ def convert(
     source: Path,
     *,
     output: Annotated[Path, Parameter(name=["--output", "-o"])],
-    units: str | None = None,
-    rate: float | None = None,
-    markers: str | None = None,
-    rig: Path | None = None,
-    map_file: Annotated[Path | None, Parameter(name="--map")] = None,
-    frames_as: Literal["ply", "obj"] = "ply",
-    still: bool = False,
+    options: Annotated[ConvertOptions, Parameter(name="*")] = ConvertOptions(),
 ) -> None:
     """Convert a file: marker takes, performances, rigs, scans.
 
@@ -54,63 +64,49 @@ def convert(
         What to read.
     output:
         What to write; its suffix says what it becomes, no suffix means a folder.
-    units:
-        Unit of a marker take, a scan or a folder of shapes: mm, cm, m, in or millimetres in one unit.
-    rate:
-        Frames a second of a marker take or a Live Link Face file that does not say, or says it wrongly.
-    markers:
-        Of a marker take these alone: a pattern with or without the subject (`Actor:*`), several with commas between.
-    rig:
-        The face that plays a Live Link Face file; by default the bundled one. What else its file holds stays.
-    map_file:
-        Pairs of shape names by hand, where spelling does not tell: JSON {"theirs": "jawOpen"}, or CSV.
-    frames_as:
-        ply or obj, for a mesh a frame.
-    still:
-        Leave head motion out of a mesh a frame.
     """
     source = existing(source)
     end = output.suffix.lower()
-    check_outputs({FOLDER if not end else ANY: output}, inputs=[source, rig])
-    kind = "folder" if source.is_dir() else source.suffix.lower()
-    mode = f"from {kind} to {end or 'a folder'}"
-    if kind in MARKERS and end == ".c3d":
-        use_only(mode, OPTIONS, "units", "rate", "markers")
-        _markers(source, output, units, rate, markers)
-    elif kind == ".csv" and end == ".glb":
-        use_only(mode, OPTIONS, "rate", "rig", "map_file")
-        _live_link(source, output, rate, rig, map_file)
-    elif kind in GLTF and end == ".csv":
-        use_only(mode, OPTIONS)
-        write_live_link(output, read_performance(source))
-    elif kind in GLTF and end == "":
-        use_only(mode, OPTIONS, "frames_as", "still")
-        with bar() as progress:
-            write_sequence(output, read_performance(source), f".{frames_as}", not still, progress)
-    elif kind in GLTF and end == ".glb":
-        use_only(mode, OPTIONS)
-        _glb(source, output)
-    elif kind == "folder" and end == ".glb":
-        use_only(mode, OPTIONS, "units")
-        write_rig(output, read_any_rig(source, units, tell))
-    elif kind in SCANS and end in MESHES:
-        use_only(mode, OPTIONS, "units")
-        scan = read_scan(source, units)
-        write_mesh(output, scan.mesh, scan.texture)
-    else:
-        what = kind or "a file without suffix"
-        raise BadInput(f"{source}: no way from {what} to {end or 'a folder'}; there is: {_ROUTES}")
+    check_outputs({ANY if end else FOLDER: output}, inputs=[source, options.rig])
+    kind = FOLDER if source.is_dir() else source.suffix.lower()
+    way = way_from(source, kind, end)
+    used = [f"options.{name}" for name in way.options]
+    use_only(f"from {kind} to {end or FOLDER}", OPTIONS, *used)
+    way.go(source, output, options)
     print(f"wrote {output}")
 
 
-def _markers(source: Path, output: Path, units: str | None, rate: float | None, only: str | None) -> None:
-    take = read_marker_file(source, units, rate, only, whole=True)
+def _markers(source: Path, output: Path, options: ConvertOptions) -> None:
+    take = read_marker_file(source, options.units, options.rate, options.markers, whole=True)
     for warning in take.warnings:
         tell(warning)
     write_c3d(output, take.markers, up="+Y" if take.up_source == "file" else None)
 
 
-def _glb(source: Path, output: Path) -> None:
+def _live_link(source: Path, output: Path, options: ConvertOptions) -> None:
+    take = read_live_link(source, options.rate)
+    for line in take.notes:
+        tell(line)
+    given = {} if options.map is None else read_name_map(options.map)
+    if options.rig is not None:
+        play_on(take.alone(), options.rig, output, given, correctives=False)
+        return
+    from ..faces.bundled import load_face
+
+    write_performance(output, take.to_performance(load_face().rig, given))
+
+
+def _to_live_link(source: Path, output: Path, options: ConvertOptions) -> None:
+    write_live_link(output, read_performance(source))
+
+
+def _to_sequence(source: Path, output: Path, options: ConvertOptions) -> None:
+    performance = read_performance(source)
+    with bar() as progress:
+        write_sequence(output, performance, f".{options.frames_as}", not options.still_head, progress)
+
+
+def _glb(source: Path, output: Path, options: ConvertOptions) -> None:
     try:
         performance = read_performance(source)
     except BadInput:
@@ -119,14 +115,53 @@ def _glb(source: Path, output: Path) -> None:
         write_performance(output, performance)
 
 
-def _live_link(source: Path, output: Path, rate: float | None, rig: Path | None, map_file: Path | None) -> None:
-    take = read_live_link(source, rate)
-    for line in take.notes:
-        tell(line)
-    given = {} if map_file is None else read_name_map(map_file)
-    if rig is not None:
-        play_on(take.alone(), rig, output, given, correctives=False)
-        return
-    from ..faces.bundled import load_face
+def _shapes(source: Path, output: Path, options: ConvertOptions) -> None:
+    write_rig(output, read_any_rig(source, options.units, tell))
 
-    write_performance(output, take.to_performance(load_face().rig, given))
+
+def _scan(source: Path, output: Path, options: ConvertOptions) -> None:
+    scan = read_scan(source, options.units)
+    write_mesh(output, scan.mesh, scan.texture)
+
+
+@dataclass(frozen=True)
+class Way:
+    """One way from format to format."""
+
+    what: str
+    """As a list of ways tells it."""
+    sources: Collection[str]
+    """Suffixes, or `FOLDER`."""
+    ends: Collection[str]
+    """Suffixes, empty for a folder."""
+    go: Callable[[Path, Path, ConvertOptions], None]
+    options: tuple[str, ...] = ()
+    """Fields of `ConvertOptions` that it heeds."""
+
+
+WAYS = (
+    Way("a marker take to .c3d", MARKERS, (".c3d",), _markers, ("units", "rate", "markers")),
+    Way("a Live Link Face .csv to .glb", (".csv",), (".glb",), _live_link, ("rate", "rig", "map")),
+    Way("a performance .glb to .csv (Live Link Face)", GLTF, (".csv",), _to_live_link),
+    Way("a performance .glb to a folder (a mesh a frame)", GLTF, ("",), _to_sequence, ("frames_as", "still_head")),
+    Way("a .glb of another program to .glb", GLTF, (".glb",), _glb),
+    Way("a folder of shapes to .glb", (FOLDER,), (".glb",), _shapes, ("units",)),
+    Way("a scan to .obj or .ply", SCANS, MESHES, _scan, ("units",)),
+)
+"""All ways; the first that fits is gone."""
+
+OPTIONS = tuple(f"options.{field.name}" for field in fields(ConvertOptions))
+
+
+def way_from(source: Path, kind: str, end: str) -> Way:
+    """The way from one kind to another.
+
+    Raises:
+        BadInput: there is none.
+    """
+    for way in WAYS:
+        if kind in way.sources and end in way.ends:
+            return way
+    there = "; ".join(way.what for way in WAYS)
+    what = kind or "a file without suffix"
+    raise BadInput(f"{source}: no way from {what} to {end or FOLDER}; there is: {there}")

@@ -1,22 +1,21 @@
 """`mien personalize`: a calm face before an RGB-D camera becomes that person's rig."""
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
-from ..errors import BadInput
 from ..io.gltf import write_rig
 from ..io.meshes import write_mesh
-from ..io.rgbd import RgbdTake, read_rgbd
+from ..io.rgbd import RgbdTake
 from ..landmarks.detector import require_landmarker
 from ..tracking.person.personalize import PersonalizeConfig
 from ..tracking.person.personalize import personalize as make_rig
 from ..tracking.person.rig_from_images import rig_from_images
 from .bar import bar
-from .options import verb
+from .options import refuse_unused, verb
 from .outputs import check_outputs
+from .shared_options import PicturesReading, read_pictures
 
 
 @verb
@@ -25,8 +24,7 @@ def personalize(
     *,
     output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("rig.glb"),
     scan: Path | None = None,
-    depth_scale: float | None = None,
-    focal: float | None = None,
+    reading: Annotated[PicturesReading, Parameter(name="*")] = PicturesReading(),
     config: Annotated[PersonalizeConfig, Parameter(name="*")] = PersonalizeConfig(),
 ) -> None:
     """An RGB-D take of a calm face in; that person's rig with 52 (or 23) expressions out.
@@ -44,18 +42,14 @@ def personalize(
         Where the rig goes (.glb).
     scan
         Write the merged depth too (.ply).
-    depth_scale
-        Units a metre in a folder's depth images, instead of what its take.json says.
-    focal
-        Focal length of a video's lens, pixels; without it 60 degrees are assumed across the longer side.
     """
     check_outputs({"a rig": output, "a merged scan": scan}, inputs=[take])
     require_landmarker()
-    source = read_rgbd(take, depth_scale, focal=focal)
-    for note in source.notes:
-        print(f"mien: {note}", file=sys.stderr)
+    source = read_pictures(take, reading)
     if not source.has_depth:
-        return from_video(source, output, scan, config)
+        refuse_unused("without depth", "scan", "config.aggregate", "config.neutral")
+        from_video(source, output, config)
+        return
     with bar() as progress:
         person = make_rig(source, config=config, progress=progress)
     write_rig(output, person.rig)
@@ -68,10 +62,8 @@ def personalize(
     )
 
 
-def from_video(source: RgbdTake, output: Path, scan: Path | None, config: PersonalizeConfig) -> None:
+def from_video(source: RgbdTake, output: Path, config: PersonalizeConfig) -> None:
     """The same without depth."""
-    if scan is not None:
-        raise BadInput(f"{source.name}: has no depth to merge into a scan; leave --scan out")
     with bar() as progress:
         portrait = rig_from_images(source, config=config, progress=progress)
     write_rig(output, portrait.rig)

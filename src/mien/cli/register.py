@@ -15,8 +15,26 @@ from .bar import bar
 from .options import refuse_unused, verb
 from .outputs import beside, check_outputs
 
-OF_FOLDERS = ("markers", "selection", "constraints", "template", "partial", "units", "rate")
-"""Options that mean something for a folder of scans alone."""
+
+@dataclass(frozen=True)
+class FolderOptions:
+    """What means something for a folder of scans alone."""
+
+    markers: Path | None = None
+    """The marker take that the scans belong to (C3D, TRC, CSV)."""
+    selection: Path | None = None
+    """The frames that were scanned, from `mien select` (.json)."""
+    constraints: Path | None = None
+    """Points and curves that correspond, by hand (.json; see docs/conventions.md). Reruns only what they touch."""
+    template: str | None = None
+    """Topology of a folder's rig: a mesh of a face (.obj, .ply, .stl, .glb), or `scan` for the neutral scan's own. By
+    default the bundled face's."""
+    strict: bool = False
+    """Stop at a scan of a folder that is missing or cannot be used; by default it is named and left out."""
+    units: str | None = None
+    """Of the take: mm, cm, m, in, or millimetres in one unit as a number."""
+    rate: float | None = None
+    """Of the take: frames a second, where the file does not say."""
 
 
 @verb
@@ -24,16 +42,10 @@ def register(
     scans: Path,
     *,
     output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("face.glb"),
-    markers: Path | None = None,
-    selection: Path | None = None,
-    constraints: Path | None = None,
-    template: str | None = None,
     density: int | None = None,
-    strict: bool = False,
-    units: str | None = None,
-    rate: float | None = None,
     unit: str | None = None,
     report: Path | None = None,
+    folder: Annotated[FolderOptions, Parameter(name="*")] = FolderOptions(),
 ) -> None:
     """A scan of any unit and orientation, with hair and shoulders, in the bundled face's topology; or all of a take's.
 
@@ -51,23 +63,8 @@ def register(
         .obj, .ply, .stl or .glb; or a folder of such.
     output
         Where the face goes (.glb).
-    markers
-        The marker take that the scans belong to (C3D, TRC, CSV).
-    selection
-        The frames that were scanned, from `mien select` (.json).
-    constraints
-        Points and curves that correspond, by hand (.json; see docs/conventions.md). Reruns only what they touch.
-    template
-        Topology of a folder's rig: a mesh of a face (.obj, .ply, .stl, .glb), or `scan` for the neutral scan's own. By
-        default the bundled face's.
     density
         Rounds of subdivision of the result, each with four times the triangles: 0 for one scan, 2 for a folder.
-    strict
-        Stop at a scan of a folder that is missing or cannot be used; by default it is named and left out.
-    units
-        Of the take: mm, cm, m, in, or millimetres in one unit as a number.
-    rate
-        Of the take: frames a second, where the file does not say.
     unit
         Of the scans, where the face's size does not tell: mm, cm, m, in.
     report
@@ -75,21 +72,21 @@ def register(
     """
     existing(scans)
     page = beside(output, report, ".html") if scans.is_dir() else report
-    check_outputs({"a face": output, "a page": page}, inputs=[scans, markers, selection, constraints])
+    check_outputs({"a face": output, "a page": page}, inputs=[scans, folder.markers, folder.selection])
     if not scans.is_dir():
-        refuse_unused("for one scan: it goes with a folder of scans", *OF_FOLDERS)
+        refuse_unused("for one scan: it goes with a folder of scans", "folder")
+        require_landmarker()
+        register_one(scans, output, density or 0, unit, page)
+        return
+    if folder.markers is None or folder.selection is None:
+        raise BadInput(
+            f"{scans}: a folder; its scans need the take and the selection that they were made for: "
+            "--markers TAKE --selection selection.json (or give one scan)"
+        )
     require_landmarker()
-    if scans.is_dir():
-        if markers is None or selection is None:
-            raise BadInput(
-                f"{scans}: a folder; its scans need the take and the selection that they were made for: "
-                "--markers TAKE --selection selection.json (or give one scan)"
-            )
-        take = _Take(markers, selection, units, rate)
-        made = _Made(template, 2 if density is None else density, strict, unit)
-        register_folder(scans, take, output, constraints, made, report)
-    else:
-        register_one(scans, output, density or 0, unit, report)
+    take = (folder.markers, folder.selection)
+    made = (output, beside(output, report, ".html"))
+    register_folder(scans, take, folder, made, density, unit)
 
 
 def register_one(path: Path, output: Path, density: int, unit: str | None, report: Path | None) -> None:
@@ -117,30 +114,15 @@ def register_one(path: Path, output: Path, density: int, unit: str | None, repor
     )
 
 
-@dataclass(frozen=True)
-class _Take:
-    """Files of the take that scans belong to."""
-
-    markers: Path
-    selection: Path
-    units: str | None = None
-    rate: float | None = None
-
-
-@dataclass(frozen=True)
-class _Made:
-    """How a folder is to be registered."""
-
-    template: str | None = None
-    density: int = 2
-    strict: bool = False
-    unit: str | None = None
-
-
 def register_folder(
-    folder: Path, take: _Take, output: Path, constraints: Path | None, made: _Made, report: Path | None
+    place: Path,
+    take_files: tuple[Path, Path],
+    told: FolderOptions,
+    made: tuple[Path, Path],
+    density: int | None,
+    unit: str | None,
 ) -> None:
-    """All scans of a take."""
+    """All scans of a take and its selection, to a face and a page."""
     from ..faces.bundled import load_face
     from ..image_space.constraints import read_constraints
     from ..io.markers import read_marker_file
@@ -151,23 +133,26 @@ def register_folder(
     from ..scans.scan_rig import record_beside, write_record
     from ..scans.select.take_selection import read_selection
 
-    chosen = read_selection(take.selection)
-    files, unmatched = match_scans(folder, chosen.frames, made.strict)
-    by_hand = read_constraints(constraints) if constraints else ()
-    file = read_marker_file(existing(take.markers), take.units, take.rate)
-    config = replace(ScansConfig(), density=made.density, strict=made.strict)
-    template = None if made.template is None else "scan" if made.template == "scan" else read_scan(made.template)
+    (markers, selection), (output, page) = take_files, made
+    chosen = read_selection(selection)
+    files, unmatched = match_scans(place, chosen.frames, told.strict)
+    by_hand = read_constraints(told.constraints) if told.constraints else ()
+    take = read_marker_file(existing(markers), told.units, told.rate)
+    template = read_scan(told.template) if told.template not in (None, "scan") else told.template
+    config = replace(ScansConfig(), strict=told.strict)
+    if density is not None:
+        config = replace(config, density=density)
     with bar() as progress:
-        readable, scans, unread = read_scans(files, made.unit, made.strict)
+        readable, scans, unread = read_scans(files, unit, told.strict)
         found = register_scans(
-            file.markers, scans, [f.frame for f in readable], load_face(), config,
+            take.markers, scans, [f.frame for f in readable], load_face(), config,
             constraints=by_hand, template=template, work=output.with_suffix(".work"), progress=progress,
         )  # fmt: skip
         distances = surface_distances(found)
         write_rig(output, found.scan_rig.rig)
-        write_record(record_beside(output), scans_record(found, distances, take.markers.name))
-        scans_report(folder.name, found, distances, config).write(report or output.with_suffix(".html"))
-    for line in [*file.warnings, *map(str, unmatched + unread), *summary(found, distances)]:
+        write_record(record_beside(output), scans_record(found, distances, markers.name))
+        scans_report(place.name, found, distances, config).write(page)
+    for line in [*take.warnings, *map(str, unmatched + unread), *summary(found, distances)]:
         print(line)
 
 

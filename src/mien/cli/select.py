@@ -13,6 +13,7 @@ from ..scans.select.take_selection import SelectTakeConfig, TakeSelection, selec
 from .bar import bar
 from .options import refuse_unused, verb
 from .outputs import beside, check_outputs
+from .shared_options import TakeReading
 
 
 @verb
@@ -27,8 +28,7 @@ def select(
     video: Path | None = None,
     video_offset: float = 0.0,
     sheet: Path | None = None,
-    units: str | None = None,
-    rate: float | None = None,
+    reading: Annotated[TakeReading, Parameter(name="*")] = TakeReading(),
 ) -> None:
     """The expressions to ask the actor for: the fewest frames from which all others can be mixed.
 
@@ -52,10 +52,6 @@ def select(
         Seconds into the film at which the take begins.
     sheet
         Where the contact sheet goes (.png); by default beside the output.
-    units
-        mm, cm, m, in, or millimetres in one unit as a number; needed only where the file's own claim is wrong.
-    rate
-        Frames a second, where the file does not say.
     """
     sheet = beside(output, sheet, ".png") if video is not None else None
     check_outputs({"a selection": output, "a contact sheet": sheet}, inputs=[take, video])
@@ -63,7 +59,7 @@ def select(
         refuse_unused("without --video", "video_offset", "sheet")
     else:
         existing(video)
-    file = read_marker_file(existing(take), units, rate, markers)
+    file = read_marker_file(existing(take), reading.units, reading.rate, markers)
     config = SelectTakeConfig()
     config = replace(config, select=replace(config.select, tolerance=tolerance, max_frames=max_frames))
     with bar() as progress:

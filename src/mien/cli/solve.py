@@ -14,11 +14,14 @@ from ..markers.inputs import read_face, read_placement, with_neutral
 from ..markers.pipeline import TakeConfig, solve_take
 from ..pictures import write_png
 from ..reports.markers import preview, take_report
+from ..reports.page import Report
+from ..rig import Performance
 from ..scans.scan_rig import record_beside
 from ..takes.face_cluster import find_face
 from .bar import bar
 from .options import refuse_unused, verb
-from .outputs import beside, check_outputs
+from .outputs import check_outputs
+from .shared_options import NamedPages, Pages, TakeReading
 
 
 @verb
@@ -27,14 +30,12 @@ def solve(
     *,
     output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("perf.glb"),
     rig: Path | None = None,
-    units: str | None = None,
-    rate: float | None = None,
     markers: str | None = None,
     neutral: str | None = None,
     attach: Path | None = None,
     save_attach: Path | None = None,
-    picture: Path | None = None,
-    report: Path | None = None,
+    reading: Annotated[TakeReading, Parameter(name="*")] = TakeReading(),
+    pages: Annotated[Pages, Parameter(name="*")] = Pages(),
     config: Annotated[TakeConfig, Parameter(name="*")] = TakeConfig(),
 ) -> None:
     """Markers (C3D, TRC, CSV) in; an animated face with 52 morph targets and head motion out.
@@ -48,10 +49,6 @@ def solve(
     rig
         Solve on this rig (.glb, ICT-FaceKit's folder, a folder of OBJ or PLY) instead of the bundled face. A rig of
         scans (from `mien register SCANS/`) is solved by its own markers, which its record beside it knows.
-    units
-        mm, cm, m, in, or millimetres in one unit as a number; needed only where the file's own claim is wrong.
-    rate
-        Frames a second, where the file does not say.
     markers
         Solve the markers whose labels match, such as 'Actor:*' or 'face*,chin'; by default the face is found.
     neutral
@@ -60,40 +57,34 @@ def solve(
         JSON that places every marker by hand; made by --save-attach and edited.
     save_attach
         Write where the markers were found to sit.
-    picture
-        Write a contact sheet (.png); by default beside the output.
-    report
-        Write the report (.html); by default beside the output.
     """
-    pages = {"a picture": beside(output, picture, ".png"), "a page": beside(output, report, ".html")}
-    made = {"an animated face": output, **pages, "where markers sit": save_attach}
+    named = pages.named_by(output)
+    made = {"an animated face": output, **named.outputs, "where markers sit": save_attach}
     check_outputs(made, inputs=[take, rig, attach])
     of_scans = rig is not None and record_beside(rig).is_file()
     if of_scans:
         refuse_unused("on a rig of scans", "attach", "save_attach", "neutral", "config")
-    file = read_marker_file(existing(take), units, rate, markers)
+    file = read_marker_file(existing(take), reading.units, reading.rate, markers)
     if rig is not None and of_scans:
-        return solve_on_rig_of_scans(rig, take.name, file, output, picture, report)
+        solve_on_rig_of_scans(rig, take.name, file, output, named)
+        return
     face = read_face(rig)
     found = find_face(file.markers, config.face)
     by_hand = read_placement(attach, found.markers, face)
     told = config if neutral is None else with_neutral(config, neutral, found.markers.rate)
-    notes = [*file.warnings, *found.lines]
     with bar() as progress:
         solved = solve_take(found.markers, face, by_hand, told, progress)
         image = preview(solved, progress=progress)
-    write_performance(output, solved.performance)
-    write_png(picture or output.with_suffix(".png"), image)
-    take_report(take.name, solved, image, notes).write(report or output.with_suffix(".html"))
+    notes = [*file.warnings, *found.lines]
+    page = take_report(take.name, solved, image, notes)
+    write_results(output, solved.performance, named, image, page)
     if save_attach:
         write_attachment(save_attach, solved.markers.labels, solved.calibration.attachment)
     for line in [*notes, *solved.lines, summary(solved)]:
         print(line)
 
 
-def solve_on_rig_of_scans(
-    rig: Path, name: str, file: MarkerFile, output: Path, picture: Path | None, report: Path | None
-) -> None:
+def solve_on_rig_of_scans(rig: Path, name: str, file: MarkerFile, output: Path, pages: NamedPages) -> None:
     """A take on registered scans of the same person with the same markers."""
     from ..io.gltf import read_rig
     from ..reports.scan_solve import scan_preview, scan_solve_report
@@ -104,9 +95,8 @@ def solve_on_rig_of_scans(
     with bar() as progress:
         solved = solve_on_scans(file.markers, scan_rig, progress=progress)
         image = scan_preview(solved, progress)
-    write_performance(output, solved.performance)
-    write_png(picture or output.with_suffix(".png"), image)
-    scan_solve_report(name, solved, scan_rig, image, file.warnings).write(report or output.with_suffix(".html"))
+    page = scan_solve_report(name, solved, scan_rig, image, file.warnings)
+    write_results(output, solved.performance, pages, image, page)
     performance = solved.performance
     for line in file.warnings:
         print(line)
@@ -114,6 +104,13 @@ def solve_on_rig_of_scans(
         f"{int(performance.tracked.sum())} of {len(performance)} frames solved on {len(scan_rig.expressions)} scans; "
         f"mean residual {np.nanmean(solved.mixed):.2f} mm, with correctives {np.nanmean(solved.residuals):.2f} mm"
     )
+
+
+def write_results(output: Path, performance: Performance, pages: NamedPages, image: np.ndarray, page: Report) -> None:
+    """The animated face and the pages beside it, all named."""
+    write_performance(output, performance)
+    write_png(pages.picture, image)
+    page.write(pages.report)
 
 
 def summary(solved) -> str:

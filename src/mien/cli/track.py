@@ -1,7 +1,6 @@
 """`mien track`: an RGB-D take, or a video, becomes an animated face."""
 
-import sys
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
@@ -9,7 +8,7 @@ from cyclopts import Parameter
 
 from ..errors import BadInput
 from ..io.gltf import write_performance
-from ..io.rgbd import RgbdTake, read_rgbd
+from ..io.rgbd import RgbdTake
 from ..io.rgbd.live import Replay, live_frames
 from ..io.rgbd.webcam import open_webcam
 from ..io.rigs import read_any_rig
@@ -22,12 +21,25 @@ from ..reports.tracking import preview, take_report, weights_section
 from ..tracking.pipeline import Tracked, TrackTakeConfig, check_shapes, track_take
 from .bar import bar
 from .options import refuse_unused, verb
-from .outputs import beside as beside_output
 from .outputs import check_outputs
 from .personalize import beside
+from .shared_options import NamedPages, Pages, PicturesReading, read_pictures, tell_notes
 
 CAMERA = "live"
 """The word that stands for this computer's camera in place of a take."""
+
+SHEET_FRAMES = 6
+"""Frames on the contact sheet: a page's width."""
+
+
+@dataclass(frozen=True)
+class CameraOptions:
+    """How this computer's camera is used."""
+
+    seconds: float = 10.0
+    """How long to look through a camera."""
+    device: str | None = None
+    """Which camera, as FFmpeg calls it (/dev/video0); without it the first."""
 
 
 @verb
@@ -36,13 +48,10 @@ def track(
     *,
     rig: Path | None = None,
     output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("perf.glb"),
-    seconds: float = 10.0,
-    device: str | None = None,
-    depth_scale: float | None = None,
+    device: Annotated[CameraOptions, Parameter(name="*")] = CameraOptions(),
+    reading: Annotated[PicturesReading, Parameter(name="*")] = PicturesReading(),
     rate: float | None = None,
-    focal: float | None = None,
-    picture: Path | None = None,
-    report: Path | None = None,
+    pages: Annotated[Pages, Parameter(name="*")] = Pages(),
     config: Annotated[TrackTakeConfig, Parameter(name="*")] = TrackTakeConfig(),
 ) -> None:
     """An RGB-D take or a plain video in; an animated face with head motion out.
@@ -57,52 +66,55 @@ def track(
         poor for depth.
     output
         Where the animated face goes (.glb).
-    seconds
-        How long to look through a camera.
-    device
-        Which camera, as FFmpeg calls it (/dev/video0); without it the first.
-    depth_scale
-        Units a metre in a folder's depth images, instead of what its take.json says.
     rate
         Frames a second, instead of what the take says.
-    focal
-        Focal length of a video's lens, pixels; without it 60 degrees are assumed across the longer side.
-    picture
-        Write a contact sheet (.png): colour, depth, tracked face; by default beside the output.
-    report
-        Write the report (.html); by default beside the output.
     """
     camera = str(take) == CAMERA
-    made: dict[str, Path | None] = {"an animated face": output}
+    named = None if camera else pages.named_by(output)
+    made: dict[str, Path | None] = {"an animated face": output, **(named.outputs if named else {})}
     if camera:
-        refuse_unused("with this computer's camera", "live", "depth_scale", "rate", "picture", "report")
+        refuse_unused("with this computer's camera", "config.live", "reading.depth_scale", "rate", "pages")
     else:
-        refuse_unused("without this computer's camera", "seconds", "device")
-        made |= {"a picture": beside_output(output, picture, ".png"), "a page": beside_output(output, report, ".html")}
+        refuse_unused("without this computer's camera", "device")
     check_outputs(made, inputs=[take, rig])
     require_landmarker()
-    source = open_webcam(seconds, device, focal) if camera else read_rgbd(take, depth_scale, rate, focal)
-    for note in source.notes:
-        print(f"mien: {note}", file=sys.stderr)
+    source = open_source(take, camera, device, reading, rate)
     person, landmarks = rig_for(rig)
     played = as_live(source) if config.live and not camera else source
     config = replace(config, live=config.live or camera)
     with bar() as progress:
         tracked = track_take(played, person, landmarks, config=config, progress=progress)
         write_performance(output, tracked.performance)
-        if not camera:
-            pages = (picture or output.with_suffix(".png"), report or output.with_suffix(".html"))
-            show(source, tracked, *pages, progress)
+        if named:
+            show(source, tracked, named, progress)
     print(summary(output, tracked, source))
     if tracked.stopped:
         raise BadInput(f"{tracked.stopped}; the {len(tracked.performance)} frames before are in {output}")
 
 
-def show(take: RgbdTake, tracked: Tracked, picture: Path, report: Path, progress: Progress) -> None:
+def open_source(
+    take: Path, camera: bool, device: CameraOptions, reading: PicturesReading, rate: float | None
+) -> RgbdTake:
+    """The camera or the take, its notes told."""
+    if camera:
+        source = open_webcam(device.seconds, device.device, reading.focal)
+        tell_notes(source)
+    else:
+        source = read_pictures(take, reading, rate)
+    if source.has_depth:
+        refuse_unused("for a take with depth", "config.video")
+    else:
+        refuse_unused("for colour alone: its fit is --video", "config.track.fit")
+    return source
+
+
+def show(take: RgbdTake, tracked: Tracked, pages: NamedPages, progress: Progress) -> None:
     """Write the contact sheet and the report."""
-    image = preview(take, tracked, telling_frames(tracked.performance, 6), progress=progress)
-    write_png(picture, image)
-    weights_section(take_report(take, tracked, image), tracked.performance).write(report)
+    frames = telling_frames(tracked.performance, SHEET_FRAMES)
+    image = preview(take, tracked, frames, progress=progress)
+    write_png(pages.picture, image)
+    report = take_report(take, tracked, image)
+    weights_section(report, tracked.performance).write(pages.report)
 
 
 def rig_for(path: Path | None):
