@@ -9,7 +9,6 @@ import numpy as np
 from mien.detail.fit import DetailConfig, fit_detail
 from mien.detail.polynomial import PolynomialConfig
 from mien.detail.synthesize import SynthesisConfig, Synthesizer
-from mien.detail.training import aligned_markers
 from mien.experiments.detail_stage import DetailStageConfig, detail_errors, detail_stage, kept_in_memory
 from mien.stage.seeds import REPORTING_SEEDS
 
@@ -57,7 +56,7 @@ def table(model, stage, title: str = "") -> None:
 
 def speed(model) -> None:
     """Frames a second in memory, and the evaluation beside a copy of its coefficients."""
-    markers = aligned_markers(model.reference, model.reference[None] * [1, 0.98, 1])[0]
+    markers = model.head.aligned(model.reference[None] * [1, 0.98, 1])[0]
     for levels in (0, 2):
         synthesizer = Synthesizer(model, SynthesisConfig(levels=levels, fine_vertices=levels > 0))
         spent = clock(lambda s=synthesizer: s.frame(markers))

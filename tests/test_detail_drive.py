@@ -64,6 +64,6 @@ def test_a_performance_drives_as_its_markers_would(model):
     rig = Rig(mesh, delta[None], ("squeeze",))
     performance = Performance(rig, np.linspace(0, 1, 5)[:, None], Transform.identity(5), 30.0, np.ones(5, bool))
     found = drive_by_performance(model, performance)
-    expected = model.reference * [0.8, 1, 1]
+    expected = model.head.aligned((model.reference * [0.8, 1, 1])[None])[0]
     np.testing.assert_allclose(found.positions[-1], expected, atol=0.02)
     np.testing.assert_allclose(found.positions[0], model.reference)

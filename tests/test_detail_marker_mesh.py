@@ -55,7 +55,7 @@ def test_beyond_the_rim_values_stay_within_range():
     np.testing.assert_allclose(found.weights.sum(axis=1), 1)
 
 
-def test_too_few_or_lonely_markers_are_refused():
+def test_too_few_markers_are_refused_and_a_lonely_one_is_left_out():
     mesh = patch(9)
     with pytest.raises(BadInput, match="at least 3"):
         marker_mesh(mesh, Attachment(np.array([0, 1]), np.full((2, 3), 1 / 3)))
@@ -64,5 +64,6 @@ def test_too_few_or_lonely_markers_are_refused():
         np.concatenate([mesh.faces, [[81, 82, 83]]]),
     )
     at = Attachment(np.array([3, 40, 100, len(mesh.faces)]), np.full((4, 3), 1 / 3))
-    with pytest.raises(BadInput, match="meets no others"):
-        marker_mesh(island, at)
+    coarse = marker_mesh(island, at)
+    assert set(coarse.triangles.ravel()) == {0, 1, 2}
+    assert set(coarse.nearest[:81]) == {0, 1, 2}

@@ -5,7 +5,6 @@ from detail_patch import bent, marker_places, patch, training, wrinkled
 from mien.detail.base_mesh import BaseConfig
 from mien.detail.fit import DetailConfig, fit_detail
 from mien.detail.synthesize import SynthesisConfig, Synthesizer
-from mien.detail.training import aligned_markers
 from mien.mesh import closest_point
 from mien.register import procrustes
 
@@ -22,7 +21,7 @@ def synthesized(model, squeeze, config):
     markers = at.points(mesh.with_vertices(bent(mesh.vertices, squeeze, 0.0)))[None]
     T = procrustes(markers[0], model.reference).transform
     synthesizer = Synthesizer(model, config)
-    frame = synthesizer.frame(aligned_markers(model.reference, markers)[0])
+    frame = synthesizer.frame(model.head.aligned(markers)[0])
     return synthesizer, frame, mesh.with_vertices(T.apply(wrinkled(mesh, squeeze, 0.0, 0.4)))
 
 

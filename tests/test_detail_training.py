@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from detail_patch import training
-from mien.detail.training import Clip, Frame, TrainingSet, aligned_frames, aligned_markers
+from mien.detail.training import Clip, Frame, TrainingSet, aligned_frames, head_markers
 from mien.errors import BadInput
 from mien.transforms import Transform, rotation_from_vector
 
@@ -23,7 +23,7 @@ def test_the_head_s_motion_goes_from_markers_and_surface_alike():
 
 def test_the_neutral_is_left_where_it_is():
     whole = training()
-    np.testing.assert_allclose(aligned_markers(whole.markers, whole.markers[None])[0], whole.markers, atol=1e-9)
+    np.testing.assert_allclose(whole.head.aligned(whole.markers[None])[0], whole.markers, atol=1e-9)
 
 
 def test_clips_that_do_not_fit_are_refused():
@@ -43,3 +43,14 @@ def test_clips_that_do_not_fit_are_refused():
     other = replace(clip, frames=lambda: iter([Frame(np.zeros((5, 3)))]))
     with pytest.raises(BadInput, match="one topology"):
         list(aligned_frames(replace(whole, clips=(other,))))
+
+
+def test_a_jaw_that_opens_does_not_move_the_forehead():
+    """The lower markers drop by 20 mm; the others stay where they are but for a head that nods."""
+    reference = np.random.default_rng(5).normal(0, 40, (40, 3))
+    drop = np.where(reference[:, 1] < -20, 20.0, 0.0)[:, None] * [0, -1, 0]
+    still = reference + np.linspace(0, 1, 9)[:, None, None] * drop
+    T = Transform(rotation_from_vector(np.linspace(0, 0.3, 9)[:, None] * [1.0, 0, 0]), np.zeros((9, 3)))
+    head = head_markers(reference, T.apply(still))
+    assert head.steadiness[reference[:, 1] < -20].max() < 0.01
+    np.testing.assert_allclose(head.aligned(T.apply(still)), still, atol=0.05)

@@ -8,7 +8,6 @@ from jaxtyping import Bool, Float
 from ..clip import Markers, visible
 from ..errors import BadInput
 from ..mesh import closest_point
-from ..register import procrustes_frames
 from ..rig import Performance
 from ..takes.gaps import GapConfig, fill_gaps
 from ..transforms import Transform
@@ -54,7 +53,7 @@ def drive_by_markers(model: DetailModel, markers: Markers, gaps: GapConfig = Gap
     shown = visible(positions).sum(axis=1)
     if (shown < 3).any():
         raise BadInput(f"frame {int(np.argmax(shown < 3))} shows fewer than 3 of the training's markers; cut it off")
-    T_lab_face = procrustes_frames(model.reference, positions).transform
+    T_lab_face = model.head.pose(positions)
     still = fill_gaps(T_lab_face.inverse().apply(positions), markers.rate, gaps)
     seen = visible(still)
     return Drive(_followed(model, still, seen), T_lab_face, 1 - seen.mean(axis=0))
@@ -72,7 +71,9 @@ def drive_by_performance(model: DetailModel, performance: Performance) -> Drive:
     D = at.matrix(neutral)
     moved = np.stack([D @ delta for delta in performance.rig.deltas])
     positions = model.reference + np.einsum("tk,kmd->tmd", performance.weights, moved)
-    return Drive(positions, performance.T_world_face, np.zeros(len(rest)))
+    T_face_still = model.head.pose(positions)
+    still = T_face_still.inverse().apply(positions)
+    return Drive(still, performance.T_world_face @ T_face_still, np.zeros(len(rest)))
 
 
 def _followed(
@@ -84,7 +85,7 @@ def _followed(
     while not known.all():
         before = known.copy()
         for marker in np.flatnonzero(~known.all(axis=0)):
-            ring = around[marker]
+            ring = around[marker] if len(around[marker]) else _nearest(model.reference, int(marker))
             count = before[:, ring].sum(axis=1)
             open_here = ~before[:, marker] & (count > 0)
             total = (offset[:, ring] * before[:, ring, None]).sum(axis=1)
@@ -93,3 +94,9 @@ def _followed(
         if (known == before).all():
             raise BadInput("detail: markers are missing that nothing round them can stand in for; fill the gaps first")
     return model.reference + offset
+
+
+def _nearest(reference: Float[np.ndarray, "k 3"], marker: int, count: int = 3) -> np.ndarray:
+    """The markers nearest to one that no triangle holds."""
+    distance = np.linalg.norm(reference - reference[marker], axis=1)
+    return np.argsort(distance)[1 : count + 1]

@@ -16,7 +16,7 @@ from .polynomial import PolynomialConfig, PolynomialFit, PolynomialMap
 from .sampling import interpolated, sampler
 from .texture_space import Texels, sample, texture_gradients, with_gutter
 from .thin_shell import ShellConfig, ThinShell, thin_shell
-from .training import TrainingSet, aligned_frames, aligned_markers
+from .training import HeadMarkers, TrainingSet, aligned_frames
 
 
 @dataclass(frozen=True)
@@ -60,8 +60,8 @@ class DetailModel:
     base: Mesh
     """The smooth neutral, with texture coordinates; face space, mm."""
     labels: tuple[str, ...]
-    reference: Float[np.ndarray, "k 3"]
-    """The markers at the neutral, face space, mm."""
+    head: HeadMarkers
+    """The markers at the neutral, and which of them tell where the head is."""
     attachment: Attachment
     """Their places on the base."""
     shell: ThinShell
@@ -72,6 +72,11 @@ class DetailModel:
     """Height along the normal, mm."""
     frames: int
     """Of training."""
+
+    @property
+    def reference(self) -> Float[np.ndarray, "k 3"]:
+        """The markers at the neutral, face space, mm."""
+        return self.head.reference
 
 
 def fit_detail(
@@ -93,7 +98,7 @@ def fit_detail(
     return DetailModel(
         base=base.mesh,
         labels=training.labels,
-        reference=training.markers,
+        head=training.head,
         attachment=attachment,
         shell=shell,
         domain=domain,
@@ -109,7 +114,7 @@ def training_domain(
     """Sec. 4.1: the coarse mesh over the markers, and two directions of deformation at each from all frames."""
     coarse = marker_mesh(mesh, attachment)
     strains = marker_strains(mesh, attachment, training.markers, coarse, texture_gradients(mesh), config)
-    vectors = [deformation_vectors(strains, aligned_markers(training.markers, c.markers)) for c in training.clips]
+    vectors = [deformation_vectors(strains, training.head.aligned(c.markers)) for c in training.clips]
     return fit_domain(strains, coarse, np.concatenate(vectors))
 
 

@@ -40,27 +40,35 @@ def marker_mesh(mesh: Mesh, attachment: Attachment) -> MarkerMesh:
     Where three cells meet in a triangle of the surface, their markers are joined. Cells that a hole parts (the mouth,
     an eye) never meet, so nothing bridges it.
 
+    A marker that meets no two others (on the rim of a lid, say) is in no triangle, and its cell goes to the others.
+
     Raises:
-        BadInput: fewer than three markers, or one that meets no others along the surface.
+        BadInput: fewer than three markers that meet along the surface.
     """
-    k, n = len(attachment.faces), len(mesh.vertices)
-    if k < 3:
-        raise BadInput(f"marker mesh: {k} markers; at least 3 are needed")
-    nearest = _nearest_marker(mesh, attachment)
-    labels = nearest[mesh.faces]
+    joined = np.arange(len(attachment.faces))
+    while len(joined) >= 3:
+        nearest = _nearest_marker(mesh, attachment, joined)
+        triangles = _meeting(nearest[mesh.faces])
+        found = np.unique(triangles)
+        if len(found) == len(joined):
+            return MarkerMesh(triangles, nearest)
+        joined = found
+    raise BadInput(
+        f"marker mesh: {len(joined)} of {len(attachment.faces)} markers meet along the surface; at least 3 are needed"
+    )
+
+
+def _meeting(labels: Int[np.ndarray, "m 3"]) -> Int[np.ndarray, "t 3"]:
+    """Triples of cells that meet in a triangle of the surface, each once."""
     meeting = (labels[:, 0] != labels[:, 1]) & (labels[:, 1] != labels[:, 2]) & (labels[:, 2] != labels[:, 0])
     meeting &= (labels >= 0).all(axis=1)
     found = labels[meeting]
     _, first = np.unique(np.sort(found, axis=1), axis=0, return_index=True)
-    triangles = found[np.sort(first)]
-    alone = np.setdiff1d(np.arange(k), triangles)
-    if len(alone):
-        raise BadInput(f"marker mesh: marker {int(alone[0])} meets no others along the surface ({len(alone)} such)")
-    return MarkerMesh(triangles, nearest[:n])
+    return found[np.sort(first)]
 
 
-def _nearest_marker(mesh: Mesh, attachment: Attachment) -> Int[np.ndarray, " n"]:
-    """Multi-source shortest paths along edges, from the markers' own triangles."""
+def _nearest_marker(mesh: Mesh, attachment: Attachment, among: Int[np.ndarray, " j"]) -> Int[np.ndarray, " n"]:
+    """Multi-source shortest paths along edges, from the triangles of the markers `among`."""
     k, n = len(attachment.faces), len(mesh.vertices)
     i, j = mesh.faces[:, [0, 1, 2]].ravel(), mesh.faces[:, [1, 2, 0]].ravel()
     length = np.linalg.norm(mesh.vertices[i] - mesh.vertices[j], axis=1)
@@ -73,7 +81,7 @@ def _nearest_marker(mesh: Mesh, attachment: Attachment) -> Int[np.ndarray, " n"]
     rows, columns, weights = rows[order], columns[order], weights[order]
     unique = np.r_[True, (np.diff(rows) != 0) | (np.diff(columns) != 0)]
     graph = sp.csr_matrix((weights[unique], (rows[unique], columns[unique])), shape=(n + k, n + k))
-    _, _, sources = dijkstra(graph, indices=np.arange(n, n + k), min_only=True, return_predecessors=True)
+    _, _, sources = dijkstra(graph, indices=n + among, min_only=True, return_predecessors=True)
     return np.where(sources[:n] >= 0, sources[:n] - n, -1)
 
 

@@ -24,7 +24,7 @@ class PolynomialConfig:
 
     order: int = 2
     """1: linear, 3 terms; 2: biquadratic, 6; 3: bicubic, 10."""
-    regularisation: float = 0.02
+    regularisation: float = 0.05
     """sigma of the rows on all coefficients but the constant, unit-free: a term of degree g weighs sigma rms(d)^g."""
 
     def __post_init__(self):

@@ -83,7 +83,7 @@ class Synthesizer:
         """The six steps of sec. 5 but the last.
 
         Args:
-            markers: aligned rigidly with the neutral (`training.aligned_markers`), mm.
+            markers: aligned rigidly with the neutral (`HeadMarkers.aligned`), mm.
         """
         model, config = self.model, self.config
         vectors = deformation_vectors(model.domain.strains, markers[None])[0]

@@ -18,7 +18,7 @@ ANCHOR = 1e-9
 class ShellConfig:
     """How the shell resists."""
 
-    bending_mm: float = 20.0
+    bending_mm: float = 10.0
     """Length below which bending costs more than stretching, mm; 0: a membrane, which is pointed at the markers."""
     softness_mm: float = 0.0
     """How far a marker may stay off its place at unit load; 0: markers are met exactly."""

@@ -1,18 +1,20 @@
 """Detail maps on the stage: training sets of a staged skin, and how near to it a synthesis comes."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Float
 
 from ..detail.base_mesh import BaseConfig, base_mesh
 from ..detail.domain import deformation_vectors
-from ..detail.fit import DetailModel
+from ..detail.fit import DetailMap, DetailModel
 from ..detail.sampling import Sampler, interpolated, sampler
-from ..detail.texture_space import sample, with_gutter
+from ..detail.texture_space import Texels, sample, with_gutter
 from ..detail.training import Aligned, Clip, Frame, TrainingSet, aligned_frames
-from ..stage import HeadMotion, Skin, SkinConfig, make_performer, make_skin, marker_layout
+from ..mesh import Attachment
+from ..stage import STRANGER, HeadMotion, Skin, SkinConfig, make_performer, make_skin, marker_layout
 from ..stage.script.training_clips import EXPRESSIONS, UNSEEN, expression_clip, unseen_clip
 from ..stage.sensors.mocap import carried, head_motion
 from ..transforms import Transform
@@ -23,9 +25,16 @@ FARTHEST_MM = 15.0
 """As `DetailConfig.farthest_mm`: displacements beyond it are no skin."""
 
 
+SCORED = 40_000
+"""Points at which a synthesis is held against the truth."""
+
+
 @dataclass(frozen=True)
 class DetailStageConfig:
     """A staged subject before the scanner."""
+
+    kind: Literal["bent", "muscles"] = "muscles"
+    """Whose expressions: the bundled shapes bent, or a stranger's muscles."""
 
     markers: int = 178
     frames: int = 20
@@ -50,7 +59,7 @@ class DetailStage:
 
 def detail_stage(seed: int, config: DetailStageConfig = DetailStageConfig()) -> DetailStage:
     """A subject whose wrinkles buckle and whose pores stretch, in six expressions and three clips never trained on."""
-    performer = make_performer(seed)
+    performer = make_performer(seed, STRANGER if config.kind == "muscles" else None)
     skin = make_skin(performer, SkinConfig(levels=config.levels, eyes_and_teeth=False), seed)
     layout = marker_layout(skin, config.markers, seed)
     rng = np.random.default_rng([seed, 8])
@@ -101,9 +110,9 @@ class DetailErrors:
 
 def detail_errors(model: DetailModel, clips: TrainingSet, base: BaseConfig = BaseConfig()) -> dict[str, DetailErrors]:
     """Each clip's errors, by true correspondence: the synthesis's texel against the skin's own point."""
-    grid = sampler(clips, base_mesh(clips.mesh, base), model.shell, model.medium.texels.size, FARTHEST_MM)
+    grid = scoring_points(model, clips, base)
     counts = [(clip.name, len(clip.markers)) for clip in clips.clips]
-    frames, out = aligned_frames(clips), {}
+    frames, out = aligned_frames(clips, model.head), {}
     rest = np.zeros((len(model.reference), 5))
     static = layers(model, grid, rest)
     for name, count in counts:
@@ -112,22 +121,44 @@ def detail_errors(model: DetailModel, clips: TrainingSet, base: BaseConfig = Bas
     return out
 
 
+def scoring_points(model: DetailModel, clips: TrainingSet, base: BaseConfig) -> Sampler:
+    """Texels of the finest map, thinned to about `SCORED`: at the medium map's own its aliases would go unseen."""
+    finest = model.medium if model.fine is None else model.fine
+    grid = sampler(clips, base_mesh(clips.mesh, base), model.shell, finest.texels.size, FARTHEST_MM)
+    step = max(1, len(grid.texels.pixels) // SCORED)
+    texels = Texels(finest.texels.size, grid.texels.pixels[::step], thinned(grid.texels.attachment, step))
+    return replace(grid, texels=texels, on_training=thinned(grid.on_training, step))
+
+
+def thinned(points: Attachment, step: int) -> Attachment:
+    """Every so many of them."""
+    return Attachment(points.faces[::step], points.barycentric[::step])
+
+
 def layers(model: DetailModel, grid: Sampler, vectors: Float[np.ndarray, "k 5"]) -> tuple[np.ndarray, np.ndarray]:
-    """Local displacements at the medium map's texels: the medium map alone, and with the fine map, (p, 3) each, mm."""
-    medium = model.medium.polynomial.evaluate(model.medium.field.parameters(vectors)).astype(float)
+    """Local displacements at a grid's texels: the medium map alone, and with the fine map, (p, 3) each, mm."""
+    assert model.base.uv is not None
+    uv = interpolated(model.base.uv, grid.texels.attachment, model.base.faces)
+    medium = sample(with_gutter(evaluated(model.medium, vectors)), uv)
     full = medium.copy()
     if model.fine is not None:
-        fine = model.fine.polynomial.evaluate(model.fine.field.parameters(vectors))
-        assert model.base.uv is not None
-        uv = interpolated(model.base.uv, grid.texels.attachment, model.base.faces)
-        full[:, 2] += sample(with_gutter(model.fine.texels.image(fine)), uv)[:, 0]
+        full[:, 2] += sample(with_gutter(evaluated(model.fine, vectors)), uv)[:, 0]
     return medium, full
+
+
+def evaluated(detail: DetailMap, vectors: Float[np.ndarray, "k 5"]) -> Float[np.ndarray, "size size c"]:
+    """A map's image in one frame, mm; NaN off the surface."""
+    values = detail.polynomial.evaluate(detail.field.parameters(vectors))
+    return detail.texels.image(values.astype(float))
 
 
 def _errors(model: DetailModel, grid: Sampler, aligned: Aligned, static: tuple[np.ndarray, np.ndarray]) -> list[float]:
     truth = grid.displacement(aligned)
     vectors = deformation_vectors(model.domain.strains, aligned.markers[None])[0]
     medium, full = layers(model, grid, vectors)
-    good = ~model.medium.unreliable & np.isfinite(truth).all(axis=1)
+    marked = model.medium.texels.image(model.medium.unreliable.astype(float))
+    assert model.base.uv is not None
+    uv = interpolated(model.base.uv, grid.texels.attachment, model.base.faces)
+    good = (sample(with_gutter(marked), uv) < 0.5) & np.isfinite(truth).all(axis=1)
     guesses = (static[1], np.zeros_like(truth), medium, full)
     return [float(np.linalg.norm((guess - truth)[good], axis=1).mean()) for guess in guesses]

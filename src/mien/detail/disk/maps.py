@@ -18,6 +18,7 @@ from ..marker_mesh import marker_mesh
 from ..polynomial import EXPONENTS, PolynomialMap
 from ..texture_space import texels, texture_gradients
 from ..thin_shell import ShellConfig, thin_shell
+from ..training import HeadMarkers
 
 FORMAT = 1
 """Of `detail.json`; a newer one is refused."""
@@ -43,6 +44,7 @@ def write_detail(folder: str | Path, model: DetailModel, half: bool = False) -> 
         "frames": model.frames,
         "labels": list(model.labels),
         "reference": model.reference.tolist(),
+        "steadiness": model.head.steadiness.tolist(),
         "attachment": {
             "faces": model.attachment.faces.tolist(),
             "barycentric": model.attachment.barycentric.tolist(),
@@ -74,11 +76,12 @@ def read_detail(folder: str | Path) -> DetailModel:
         attachment = Attachment(
             np.array(record["attachment"]["faces"], np.int64), np.array(record["attachment"]["barycentric"], float)
         )
-        reference, bases = np.array(record["reference"], float), np.array(record["bases"], float)
+        head = HeadMarkers(np.array(record["reference"], float), np.array(record["steadiness"], float))
+        bases = np.array(record["bases"], float)
         shell = thin_shell(base, attachment, ShellConfig(**record["shell"]))
         coarse = marker_mesh(base, attachment)
         config = DomainConfig(**record["domain"])
-        strains = marker_strains(base, attachment, reference, coarse, texture_gradients(base), config)
+        strains = marker_strains(base, attachment, head.reference, coarse, texture_gradients(base), config)
         domain = Domain(strains, coarse, bases, np.array(record["energies"], float), int(record["replaced"]))
         medium = _read_map(folder / "medium.exr", record["medium"], MEDIUM_CHANNELS, base, attachment, domain)
         fine = None
@@ -88,7 +91,7 @@ def read_detail(folder: str | Path) -> DetailModel:
     except (KeyError, TypeError, ValueError, IndexError) as error:
         told = (str(error).splitlines() or [type(error).__name__])[0]
         raise BadInput(f"{folder / 'detail.json'}: does not fit the maps beside it ({told}); fit them anew") from None
-    return DetailModel(base, labels, reference, attachment, shell, domain, medium, fine, frames)
+    return DetailModel(base, labels, head, attachment, shell, domain, medium, fine, frames)
 
 
 def _record(path: Path) -> dict:
@@ -128,4 +131,3 @@ def _read_map(
     polynomial = PolynomialMap(np.nan_to_num(coefficients), order, np.isfinite(error))
     unreliable = grid.of_image(channels["unreliable"]) > 0.5
     return DetailMap(grid, parameter_field(domain, base, attachment, grid.attachment), polynomial, error, unreliable)
-
