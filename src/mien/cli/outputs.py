@@ -15,6 +15,7 @@ KINDS = {
     "a picture or a film": (".png", ".mp4"),
     "a page": (".html",),
     "a merged scan": (".ply", ".obj"),
+    "a scan": (".ply", ".obj", ".exr"),
     "a selection": (".json",),
     "where markers sit": (".json",),
     "a marker take": (".c3d",),

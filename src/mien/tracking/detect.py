@@ -1,12 +1,13 @@
 """Where the head is, from landmarks alone: at the start, and after it was lost (Li et al. 2013, sec. 4.1)."""
 
 import numpy as np
-from jaxtyping import Float, Float32, Int
+from jaxtyping import Float, Int
 
 from ..camera import Camera
 from ..depth import RGBDFrame
 from ..errors import BadInput
 from ..landmarks.detector import Landmarks2D
+from ..landmarks.in_depth import lifted
 from ..landmarks.on_rig import IRISES
 from ..register.rigid import procrustes
 from ..transforms import Transform
@@ -20,8 +21,8 @@ PLAUSIBLE = (0.6, 1.6)
 
 FACE_WIDTH = 1.7
 """A face is so many times as wide as its outer eye corners are apart."""
-ENOUGH_LANDMARKS, ENOUGH_PIXELS = 20, 5
-"""Landmarks with depth that place a head; pixels of the nine round a landmark that must have depth."""
+ENOUGH_LANDMARKS = 20
+"""Landmarks with depth that place a head."""
 ROUNDS_IN_DEPTH, ROUNDS_IN_IMAGE = 5, 8
 """Solves with new robust weights: both have come to rest well before."""
 STRAY_MM = 6.0
@@ -71,19 +72,6 @@ def detect(model: TrackingModel, frame: RGBDFrame, landmarks: Landmarks2D, camer
         away = np.linalg.norm(T_camera_face.apply(neutral) - points, axis=1)
         weights = 1 / (1 + (away / STRAY_MM) ** 2) ** 2
     return T_camera_face
-
-
-def lifted(depth: Float32[np.ndarray, "h w"], landmarks: Landmarks2D, camera: Camera) -> Float[np.ndarray, "478 3"]:
-    """The landmarks as 3D points of the depth image (median of 3 x 3 pixels), camera space, mm; NaN without depth."""
-    u, v = np.round(np.nan_to_num(landmarks.points, nan=-1.0)).astype(int).T
-    inside = (u >= 1) & (v >= 1) & (u < camera.width - 1) & (v < camera.height - 1)
-    u, v = np.clip(u, 1, camera.width - 2), np.clip(v, 1, camera.height - 2)
-    steps = np.stack([depth[v + i, u + j] for i in (-1, 0, 1) for j in (-1, 0, 1)]).astype(float)
-    valid = (steps > 0) & inside
-    some = valid.sum(0) >= ENOUGH_PIXELS
-    z = np.full(len(u), np.nan)
-    z[some] = np.nanmedian(np.where(valid, steps, np.nan)[:, some], axis=0)
-    return camera.rays(landmarks.points) * z[:, None]
 
 
 def check_size(model: TrackingModel, seen: Float[np.ndarray, "478 3"]) -> None:

@@ -20,7 +20,7 @@ from ..people.skin import Skin
 from ..script.script import minimum_jerk
 from ..truth import Truth
 from .depth_sensor import DepthSensor, Seen, cut_noise, record, structured_light
-from .mocap import HeadMotion, head_motion
+from .mocap import NECK, HeadMotion, head_motion
 from .occluders import hand, join, shoulders
 from .worn import Kind, wear
 
@@ -36,6 +36,8 @@ class FilmConfig:
     """From the camera to the resting head, mm."""
     head: HeadMotion = HeadMotion(rotation=0.13, translation=14.0)
     """How the head moves."""
+    sweep: float = 0.0
+    """The head also turns so far to either side, and half as far up and down, radians, once over the film. 0: no."""
     wall: float = 1400.0
     """Distance of the wall behind, mm. 0: none."""
     colour_noise: float = 2.0
@@ -228,11 +230,19 @@ def _poses(frames: int, rate: float, config: FilmConfig, rng: np.random.Generato
     """Face to camera: the head before the lens, moving, and gone sideways during absences."""
     moving = head_motion(frames, rate, config.head, rng)
     before = Transform(np.diag([1.0, -1.0, -1.0]), np.array([0.0, 0.0, config.distance + 80.0]))
-    T = before @ moving
+    T = before @ moving @ _swept(frames, config.sweep)
     gone = _during(np.arange(frames) / rate, config.absences, 0.4)
     camera = config.sensor.camera
     out = (camera.width / 2 / camera.fx) * config.distance + 240.0
     return Transform(T.rotation, T.translation + gone[:, None] * [out, 0.0, 0.0])
+
+
+def _swept(frames: int, most: float) -> Transform:
+    """The round that a head turns before a sensor that scans it: from the front, about its neck."""
+    share = 2 * np.pi * np.arange(frames) / max(frames, 1)
+    turn = most * np.stack([0.25 * np.sin(2 * share), np.sin(share), np.zeros(frames)], 1)
+    R = rotation_from_vector(turn)
+    return Transform(R, NECK - R @ NECK)
 
 
 def _during(

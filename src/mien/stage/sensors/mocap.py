@@ -19,6 +19,10 @@ SPAN = 512
 """Frames of markers worked on at a time."""
 
 
+NECK = np.array([0.0, -110.0, 0.0])
+"""The point in face space that a head turns about, mm."""
+
+
 @dataclass(frozen=True)
 class HeadMotion:
     """How the head moves while the face does."""
@@ -153,8 +157,7 @@ def head_motion(frames: int, rate: float, motion: HeadMotion, rng: np.random.Gen
     curves /= np.maximum(curves.std(axis=0), 1e-9)
     size = np.array([0.7, 1.2, 0.5]) * motion.rotation
     R = rotation_from_vector(np.clip(curves[:, :3], -2.5, 2.5) * size)
-    neck = np.array([0.0, -110.0, 0.0])
-    return Transform(R, neck - R @ neck + np.clip(curves[:, 3:], -2.5, 2.5) * motion.translation)
+    return Transform(R, NECK - R @ NECK + np.clip(curves[:, 3:], -2.5, 2.5) * motion.translation)
 
 
 def lab_pose(config: MocapConfig, rng: np.random.Generator) -> Transform:

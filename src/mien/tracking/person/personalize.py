@@ -15,6 +15,7 @@ from ...faces.bundled import BundledFace, load_face
 from ...fitting.neutral import NeutralConfig, NeutralResult, fit_neutral
 from ...io.rgbd import RgbdTake
 from ...landmarks.detector import FaceLandmarker, Landmarks2D
+from ...landmarks.in_depth import lifted
 from ...landmarks.on_rig import (
     LOWER_INNER_LIP,
     UPPER_INNER_LIP,
@@ -32,7 +33,7 @@ from ...progress import SILENT, Progress
 from ...rig import Rig
 from ...rig.transfer import merged, transfer_rig
 from ...transforms import Transform
-from ..detect import WrongScale, detect, length, lifted
+from ..detect import WrongScale, detect, length
 from ..model import tracking_model
 from .aggregate import Aggregate, AggregateConfig, aggregate
 
