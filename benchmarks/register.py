@@ -31,7 +31,7 @@ from mien.faces.scan_clean import cleaned
 from mien.fitting.register_scan import Registration, register_scan
 from mien.io.meshes import read_scan
 from mien.landmarks.detector import bundled_landmarks
-from mien.landmarks.on_scan import lift_landmarks
+from mien.landmarks.lift import lift_landmarks
 from mien.mesh import Mesh, loop_subdivide, submesh, vertex_normals
 from mien.register import Rejection, Surface, procrustes, register_surface
 from mien.stage import make_performer

@@ -20,6 +20,6 @@ def scan_stage():
         weights[90:130, actor.names.index(f"mouthSmile{side}")] = 0.8 * swell
     layout = marker_layout(actor, 60)
     take = perform(actor, weights, 60.0, layout, MocapConfig(jitter=0.05, dropouts=0.01), seed=5)
-    config = ScanConfig(vertices=12_000, performed=0.2, colour=False)
+    config = ScanConfig(vertices=12_000, performance_sigma=0.2, colour=False)
     scans = [scan(actor, weights[f], config, seed=20 + i, name=f"s_{f:03d}") for i, f in enumerate(FRAMES)]
     return actor, take, layout, scans

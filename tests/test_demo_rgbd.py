@@ -21,7 +21,7 @@ from mien.reports.tracking import Crop, depth_colors, faces_sheet, learning_char
 from mien.rig import Rig
 from mien.rig.retarget import CORRECTIVE
 from mien.stage.script.repeated_script import REPEATED, repeated_script
-from mien.tracking.fit import FitConfig
+from mien.tracking.fit import BlendshapeFitConfig
 from mien.tracking.pipeline import TrackTakeConfig, track_take
 
 FRAMES = 12
@@ -250,7 +250,7 @@ def test_colour_alone_is_fitted_by_weights_of_its_own():
     take, landmarker = played()
     colour = replace(take, has_depth=False, frames=lambda: (replace(frame, depth=None) for frame in take))
     moved = []
-    for fit in (FitConfig(alone=13.8, scores=0.0), FitConfig(alone=0.0, scores=0.0)):
+    for fit in (BlendshapeFitConfig(alone=13.8, scores=0.0), BlendshapeFitConfig(alone=0.0, scores=0.0)):
         config = TrackTakeConfig(video=fit)
         out = track_take(colour, stage.person(), stage.landmarks(), landmarker, config)
         moved.append(out.performance.weights[:, stage.person().index("jawOpen")].max())

@@ -61,7 +61,7 @@ def test_a_known_person_s_expression_is_found(scanned, parts):
 
 def test_a_held_identity_does_not_move(scanned, parts):
     neutral, truth, surface, T = scanned
-    held = replace(QUICK, known_spread=0.0)
+    held = replace(QUICK, known_identity_deviation=0.0)
     fit = fit_expression_on_scan(load_face(), neutral, surface, anchors_of(truth, T), {"jawOpen": 0.7}, held, parts)
     np.testing.assert_array_equal(fit.identity, 0)
 

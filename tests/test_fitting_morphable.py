@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mien.faces.bundled import load_face
-from mien.fitting.morphable import FaceState, FitConfig, fit_face, identity_model, with_expressions
+from mien.fitting.morphable import FaceFitConfig, FaceState, fit_face, identity_model, with_expressions
 from mien.fitting.terms import MarkerTerm, landmark_term, ray_term, surface_points, surface_term
 from mien.landmarks.detector import bundled_landmarks
 from mien.mesh import Attachment, Mesh
@@ -44,7 +44,7 @@ def test_surface_and_landmarks(somebody):
     }
     fit = fit_face(model, terms)
     assert fit.converged
-    assert fit.iterations == FitConfig.rounds
+    assert fit.iterations == FaceFitConfig.rounds
     assert off(model, fit, met) < 0.3
     assert set(fit.costs) == {"surface", "landmarks", "prior"}
     alone = fit_face(model, {"surface": terms["surface"]})
@@ -57,7 +57,7 @@ def test_rays_of_two_views_and_a_pose_that_is_held(somebody):
     at = landmarks()
     seen, n = at.points(met), len(at.faces)
     eyes = np.array([[-200.0, 50, 600], [250.0, -80, 550]])
-    held = FitConfig(rounds=6, pose=False)
+    held = FaceFitConfig(rounds=6, pose=False)
     start = FaceState(np.zeros(len(model.modes)), T_TARGET_FACE, 3.0)
     terms = {
         str(i): ray_term(model, at, np.tile(eye, (n, 1)), seen - eye, np.ones(n), sigma=0.3)
@@ -81,7 +81,7 @@ def test_markers_and_their_stand_off(somebody):
     assert off(model, given, met) < 1.0
     found = fit_face(model, {"markers": MarkerTerm(cloud, region)})
     assert off(model, found, met) < 4.0
-    told = FitConfig(standoff_mm=4.5, standoff_deviation_mm=1e-6)
+    told = FaceFitConfig(standoff_mm=4.5, standoff_deviation_mm=1e-6)
     assert fit_face(model, {"markers": MarkerTerm(cloud, region)}, told).state.standoff == pytest.approx(4.5)
 
 

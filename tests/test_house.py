@@ -17,9 +17,9 @@ MOST = {
     "modules a folder": 0,
     "largest room": 1,
     "circles of imports": 0,
-    "modules without a test file of their name": 156,
-    "public names with words of several meanings": 37,
-    "types that exist twice": 7,
+    "modules without a test file of their name": 155,
+    "public names with words of several meanings": 0,
+    "types that exist twice": 0,
 }
 """How much may stand over each limit: what did when it was last brought down. Lower it with every mend."""
 OF_OTHER_PROGRAMS = {"--help", "--kind", "--only", "--seeds", "--seconds"}

@@ -5,7 +5,7 @@ from face_model import needs_model
 from mien.errors import BadInput
 from mien.faces.bundled import load_face
 from mien.landmarks.detector import bundled_landmarks
-from mien.landmarks.on_scan import LiftConfig, lift_landmarks, similarity_to_average
+from mien.landmarks.lift import LiftConfig, lift_landmarks, similarity_to_average
 from mien.mesh import Mesh, Scan, submesh
 from mien.transforms import Transform, rotation_from_vector
 

@@ -9,7 +9,7 @@ from marker_stage import held, region
 from mien.errors import BadInput
 from mien.faces import load_face
 from mien.fitting.marker_identity import fit_identity, surface_points
-from mien.markers.neutral import Neutral, NeutralConfig, added_share, find_neutral
+from mien.markers.neutral import FindNeutralConfig, Neutral, added_share, find_neutral
 from mien.register import procrustes
 from mien.takes.frame_solve import SolveConfig
 from mien.takes.marker_model import marker_model
@@ -55,11 +55,11 @@ def test_a_held_smile_is_told_as_no_neutral(smiler):
 def test_a_named_frame_is_taken_and_one_outside_is_refused(smiler):
     X, fit = smiler
     solve = SolveConfig(rounds=2, smoothness=0.0)
-    told = find_neutral(X, FRAMES, load_face().rig, fit, None, solve, NeutralConfig(frame=120))
+    told = find_neutral(X, FRAMES, load_face().rig, fit, None, solve, FindNeutralConfig(frame=120))
     assert told.frame == 120
     assert told.given
     with pytest.raises(BadInput, match="0 to 299"):
-        find_neutral(X, FRAMES, load_face().rig, fit, None, solve, NeutralConfig(frame=300))
+        find_neutral(X, FRAMES, load_face().rig, fit, None, solve, FindNeutralConfig(frame=300))
 
 
 def test_head_motion_left_in_the_take_has_no_say(smiler):

@@ -12,7 +12,7 @@ def test_corrections_recover_a_performers_bent_shapes():
     model = small_model()
     rng = np.random.default_rng(13)
     W = np.clip(rng.normal(0.2, 0.4, size=(800, 6)), 0, 1)
-    bent = MarkerModel(model.rest, model.shapes * (1 + 0.3 * rng.normal(size=(6, 40, 1))))
+    bent = MarkerModel(model.neutral, model.shapes * (1 + 0.3 * rng.normal(size=(6, 40, 1))))
     targets = bent.points(W) + 0.05 * rng.normal(size=(800, 40, 3))
     used = rng.random((800, 40)) < 0.9
     neutral, shapes = shape_corrections(model, W, targets, used, 8.0)

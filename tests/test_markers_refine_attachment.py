@@ -24,6 +24,6 @@ def test_a_marker_laid_beside_its_place_finds_back_by_its_motion():
     fit = IdentityFit(np.zeros(0), face.rig.neutral, Transform.identity(), laid, 3.0, np.zeros(60))
     free = RefineConfig(along=0.0, out=0.0)
     used = np.ones((120, 60), bool)
-    found = refine_attachment(face.rig, fit, region(), W, targets, used, model.rest, free)
+    found = refine_attachment(face.rig, fit, region(), W, targets, used, model.neutral, free)
     before, after = (np.linalg.norm(a.points(face.rig.neutral) - true, axis=1) for a in (laid, found))
     assert np.median(after) < 0.35 * np.median(before)

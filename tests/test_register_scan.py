@@ -14,7 +14,7 @@ from mien.fitting.template_parts import TemplateParts, extrapolate_hidden
 from mien.io.gltf import read_rig
 from mien.io.meshes import read_scan, write_mesh
 from mien.landmarks.detector import bundled_landmarks
-from mien.landmarks.on_scan import LiftConfig, lift_landmarks
+from mien.landmarks.lift import LiftConfig, lift_landmarks
 from mien.mesh import Mesh, Scan, loop_subdivide, submesh, vertex_normals
 from mien.register import Template
 from mien.reports.single_scan import registration_record

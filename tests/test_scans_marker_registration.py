@@ -6,7 +6,7 @@ import pytest
 from mien.mesh import Mesh
 from mien.register import Surface
 from mien.scans.marker_pose import ScannedFrame, find_poses
-from mien.scans.marker_registration import MarkerRegistrationConfig, nonrigid_fit, register_markers
+from mien.scans.marker_registration import MarkerRegistrationConfig, fit_markers_to_scans, nonrigid_fit
 from mien.takes.preprocess import preprocess_take
 from mien.transforms import Transform
 from scan_stage import FRAMES, scan_stage
@@ -20,7 +20,7 @@ def on_scans():
     own = [s.truth.T_scan_face.inverse() for s in scans]
     given = zip(scans, expressions, own, strict=True)
     frames = [ScannedFrame(s.scan.name, x, s.scan.mesh, T) for s, x, T in given]
-    return register_markers(frames, find_poses(frames))
+    return fit_markers_to_scans(frames, find_poses(frames))
 
 
 def test_markers_are_found_on_scans_in_frames_of_their_own(on_scans):

@@ -19,7 +19,7 @@ def test_a_template_knows_its_parts_at_every_density():
     up = np.array([0.0, 3.0, 0.0])
     shifted = template.whole(skin + up)
     np.testing.assert_allclose(shifted, face.rig.neutral.vertices + up, atol=0.3)
-    held = template.attach(skin, skin[template.shown][::50] + 0.1)
+    held = template.attachment_of(skin, skin[template.shown][::50] + 0.1)
     assert template.shown[template.skin.faces[held.faces]].all()
     lids = np.concatenate(list(face.contours.values()))
     assert template.fine_weight[np.isin(template.members, lids)].max() < 0.01

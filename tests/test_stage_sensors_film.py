@@ -10,7 +10,7 @@ from mien.depth import unproject
 from mien.errors import BadInput
 from mien.mesh import Mesh, closest_point
 from mien.stage import FilmConfig, HeadMotion, film, make_performer, random_performance, structured_light
-from mien.stage.sensors.film import bent
+from mien.stage.sensors.film import lens_distorted
 
 SENSOR = replace(structured_light(), camera=Camera(145.0, 145.0, 79.5, 59.5, 160, 120))
 PERFECT = replace(
@@ -143,10 +143,10 @@ def test_a_lens_bends_by_browns_formula():
     image[row - 1 : row + 2, column - 1 : column + 2] = 1.0
     x, y = (column - camera.cx) / camera.fx, (row - camera.cy) / camera.fy
     factor = 1 + k1 * (x * x + y * y)
-    found = np.argwhere(bent(image, camera, k1) > 0).mean(axis=0)
+    found = np.argwhere(lens_distorted(image, camera, k1) > 0).mean(axis=0)
     expected = [camera.fy * y * factor + camera.cy, camera.fx * x * factor + camera.cx]
     np.testing.assert_allclose(found, expected, atol=0.8)
-    np.testing.assert_array_equal(bent(image, camera, 0.0), image)
+    np.testing.assert_array_equal(lens_distorted(image, camera, 0.0), image)
 
 
 def test_what_is_worn_is_seen(performer, weights):

@@ -10,7 +10,7 @@ from mien.mesh import boundary_vertices, closest_point, face_normals, vertex_nor
 from mien.stage import ScanConfig, SkinConfig, make_performer, make_skin, scan
 from mien.stage.sensors.scanner import perform_nearly
 
-EXACT = ScanConfig(vertices=4000, noise=0.0, ripple=0.0, performed=0.0, shiny=0.0)
+EXACT = ScanConfig(vertices=4000, noise=0.0, ripple=0.0, performance_sigma=0.0, shiny=0.0)
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +34,7 @@ def test_without_noise_the_scan_is_the_skin(skin, smile):
 
 
 def test_noise_is_as_asked_and_along_the_rays(skin, smile):
-    staged = scan(skin, smile, ScanConfig(vertices=4000, noise=0.08, ripple=0.0, performed=0.0, shiny=1.0))
+    staged = scan(skin, smile, ScanConfig(vertices=4000, noise=0.08, ripple=0.0, performance_sigma=0.0, shiny=1.0))
     off = np.linalg.norm(staged.scan.mesh.vertices - staged.truth.points(staged.truth.material), axis=1)
     np.testing.assert_allclose(np.sqrt((off**2).mean()), 0.08, rtol=0.06)
 

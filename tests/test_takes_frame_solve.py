@@ -81,23 +81,23 @@ def test_poses_and_models_that_are_not_finite_are_refused():
     with pytest.raises(ValueError, match="T_lab_face"):
         solve_frames(model, X, bad, 60.0)
     with pytest.raises(ValueError, match="model"):
-        solve_frames(MarkerModel(model.rest * np.nan, model.shapes), X, T, 60.0)
+        solve_frames(MarkerModel(model.neutral * np.nan, model.shapes), X, T, 60.0)
 
 
 def test_still_markers_tell_the_pose_when_shapes_are_not_the_actors():
     rng = np.random.default_rng(3)
     reach = np.r_[np.full(10, 0.05), np.full(30, 1.0)][None, :, None]
     shapes = rng.normal(size=(6, 40, 3)) * 4 * reach
-    model = MarkerModel(small_model().rest, shapes)
-    actor = MarkerModel(model.rest, shapes + rng.normal(size=shapes.shape) * 2 * reach + [0.0, 1.5, 0] * reach)
+    model = MarkerModel(small_model().neutral, shapes)
+    actor = MarkerModel(model.neutral, shapes + rng.normal(size=shapes.shape) * 2 * reach + [0.0, 1.5, 0] * reach)
     W, T, _ = acted()
     X = T.apply(actor.points(W))
 
     def wander(power: float) -> float:
         config = SolveConfig(sparsity=0.0, smoothness=0.0, still_power=power, outlier=np.inf)
         found = solve_frames(model, X, T, 60.0, config=config).T_lab_face
-        at_rest = (T.inverse() @ found).apply(np.broadcast_to(model.rest, X.shape))
-        return float(np.linalg.norm(at_rest - model.rest, axis=2).mean())
+        at_rest = (T.inverse() @ found).apply(np.broadcast_to(model.neutral, X.shape))
+        return float(np.linalg.norm(at_rest - model.neutral, axis=2).mean())
 
     assert wander(2.0) < 0.5 * wander(0.0)
     told = stillness(model, 2.0)

@@ -28,7 +28,7 @@ from mien.tracking.landmark_bias import (
     subtract_baseline,
     subtract_bias,
 )
-from mien.tracking.preprocess_frame import FrameObservation, PreprocessConfig, preprocess_frame
+from mien.tracking.preprocess_frame import FrameObservation, PreprocessFrameConfig, preprocess_frame
 from mien.tracking.rigid import RigidConfig, correspond
 
 
@@ -89,7 +89,7 @@ def normals_of(m):
 def seen(weights, T, base=None):
     rig = stage.person()
     frame, marks = stage.sensed(rig, weights, T), stage.told(rig, weights, T)
-    return preprocess_frame(frame, stage.CAMERA, base, marks, PreprocessConfig(radius=0))
+    return preprocess_frame(frame, stage.CAMERA, base, marks, PreprocessFrameConfig(radius=0))
 
 
 def test_depth_and_features_pull_the_neutral_to_the_expression(deformation):

@@ -9,7 +9,7 @@ import tracking_stage as stage
 from mien._kernels import track
 from mien.landmarks.on_rig import FEATURES
 from mien.tracking.fit import (
-    FitConfig,
+    BlendshapeFitConfig,
     depth_term,
     feature_term,
     fit_blendshapes,
@@ -18,10 +18,10 @@ from mien.tracking.fit import (
     normal_equations,
     without_head,
 )
-from mien.tracking.preprocess_frame import PreprocessConfig, preprocess_frame
+from mien.tracking.preprocess_frame import PreprocessFrameConfig, preprocess_frame
 from mien.tracking.rigid import LEVER, RigidConfig, correspond, moved
 
-PLAIN = FitConfig(robust_scale_mm=1e9, features=13.8, gaps=2.0)
+PLAIN = BlendshapeFitConfig(robust_scale_mm=1e9, features=13.8, gaps=2.0)
 IDS = np.array(FEATURES)
 
 
@@ -31,7 +31,7 @@ def scene():
     T = stage.pose((0.1, 0.15, 0.05), (3, 2, 1))
     truth = stage.named(rig, jawOpen=0.35, mouthSmileLeft=0.6, browInnerUp=0.5)
     frame, marks = stage.sensed(rig, truth, T), stage.told(rig, truth, T)
-    return m, T, truth, preprocess_frame(frame, stage.CAMERA, None, marks, PreprocessConfig(radius=0))
+    return m, T, truth, preprocess_frame(frame, stage.CAMERA, None, marks, PreprocessFrameConfig(radius=0))
 
 
 def turned(T, z, centre):
@@ -117,7 +117,7 @@ def test_normal_equations_add_up(scene):
 
 def test_known_weights_and_pose_are_found(scene):
     m, _, truth, observation = scene
-    light = FitConfig(
+    light = BlendshapeFitConfig(
         rounds=8, ridge=0.5, l1=0.5, temporal_weight=0.0, features=13.8, head_relative_landmarks=False,
         refine_pose_mm=0.0, eyes=0.0,
     )  # fmt: skip
@@ -143,7 +143,7 @@ def test_the_defaults_find_the_expression_in_noise():
 def test_without_depth_landmarks_alone_drive_the_fit(scene):
     m, T, _, observation = scene
     blind = replace(observation, depth=None)
-    found = fit_blendshapes(m, blind, np.zeros(m.shapes), T, FitConfig(rounds=5))
+    found = fit_blendshapes(m, blind, np.zeros(m.shapes), T, BlendshapeFitConfig(rounds=5))
     assert found.weights[m.rig.index("jawOpen")] == pytest.approx(0.35, abs=0.12)
     assert found.weights[m.rig.index("mouthSmileLeft")] > 2 * found.weights[m.rig.index("mouthSmileRight")]
     assert np.isnan(found.error)

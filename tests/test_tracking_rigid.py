@@ -8,11 +8,11 @@ import pytest
 import tracking_stage as stage
 from mien.errors import BadInput
 from mien.tracking.detect import detect
-from mien.tracking.preprocess_frame import PreprocessConfig, preprocess_frame
+from mien.tracking.preprocess_frame import PreprocessFrameConfig, preprocess_frame
 from mien.tracking.rigid import RigidConfig, align, moved
 
 
-def sighted(frame, marks=None, config=PreprocessConfig(radius=0)):
+def sighted(frame, marks=None, config=PreprocessFrameConfig(radius=0)):
     return preprocess_frame(frame, stage.CAMERA, None, marks, config)
 
 

@@ -23,7 +23,7 @@ markers.pipeline:fit_neutral_to_markers = a['calibration'].rig | test_markers*
 markers.personalise_shapes:personalise_shapes = a['rig'] | test_markers*
 markers.pipeline:TakeConfig.personalise_rounds = 0 | test_markers*
 scans.take_in_head:preprocess_take = a['markers'] | test_scans_take_in_head* test_scans_pipeline* test_takes*
-scans.marker_consensus:consensus_attachment = a['template'].attach(a['shapes'][0], a['skin_points'][0]) | test_scans*
+scans.marker_consensus:consensus_attachment = a['template'].attachment_of(a['shapes'][0], a['skin_points'][0])|test_sca*
 scans.marker_consensus:consensus_standoff = a['standoff'] | test_scans*
 scans.reconstruct:meet_markers = a['shapes'] | test_scans*
 scans.fine_scale:register_fine = replace(r, vertices=a['shapes']) | test_scans*
@@ -34,7 +34,7 @@ tracking.tracker:remove_standing_errors = a['observation'] | test_tracking*
 tracking.tracker:rigid_motion = replace(r, T_camera_face=a['T_camera_face']) | test_tracking*
 tracking.tracker:adaptive_space = (None, a['v1']) | test_tracking*
 tracking.tracker:output_deformation = a['v3'] | test_tracking*
-tracking.tracker:learn_standing_errors = (a['state'].bias, a['state'].baseline) | test_tracking*
+tracking.tracker:learn_standing_errors = (a['state'].landmark_bias, a['state'].baseline) | test_tracking*
 tracking.tracker:weights_anew = a['fitted'] | test_tracking*
 tracking.tracker:damped = a['T_camera_face'] | test_tracking*
 tracking.tracker:learn_correctives = replace(r, correctives=a['state'].correctives) | test_tracking*

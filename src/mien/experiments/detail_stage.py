@@ -16,7 +16,7 @@ from ..detail.training import Aligned, Clip, Frame, TrainingSet, aligned_frames
 from ..mesh import Attachment
 from ..stage import STRANGER, HeadMotion, Skin, SkinConfig, make_performer, make_skin, marker_layout
 from ..stage.script.training_clips import EXPRESSIONS, UNSEEN, expression_clip, unseen_clip
-from ..stage.sensors.mocap import carried, head_motion
+from ..stage.sensors.mocap import head_motion, markers_on_skin
 from ..transforms import Transform
 
 RATE = 30.0
@@ -67,11 +67,11 @@ def detail_stage(seed: int, config: DetailStageConfig = DetailStageConfig()) -> 
 
     def clip(name: str, weights: Float[np.ndarray, "frames 52"]) -> Clip:
         T = head_motion(len(weights), RATE, config.head, rng)
-        still = carried(skin, weights, layout.attachment, standoff)
+        still = markers_on_skin(skin, weights, layout.attachment, standoff)
         noise = config.jitter_mm * rng.normal(size=still.shape)
         return Clip(name, T.apply(still) + noise, lambda: _surfaces(skin, weights, T))
 
-    rest = carried(skin, np.zeros((1, 52)), layout.attachment, standoff)[0]
+    rest = markers_on_skin(skin, np.zeros((1, 52)), layout.attachment, standoff)[0]
     seen = tuple(clip(name, expression_clip(name, config.frames, seed)) for name in EXPRESSIONS)
     other = tuple(clip(name, unseen_clip(name, config.unseen_frames, seed)) for name in UNSEEN)
     training = TrainingSet(skin.neutral, rest, layout.labels, seen)

@@ -14,8 +14,8 @@ from ..transforms import Transform
 from .morphable import (
     PEOPLE_BOUND,
     FaceFit,
+    FaceFitConfig,
     FaceState,
-    FitConfig,
     MorphableModel,
     fit_face,
     identity_model,
@@ -34,13 +34,13 @@ class ModelFitConfig:
 
     score_share: float = 0.7
     """Expected weight of an expression, as a share of MediaPipe's score for it; 0 expects a neutral face."""
-    expression_spread: float = 0.15
+    expression_deviation: float = 0.15
     """Standard deviation of an expression's weight about that."""
-    identity_spread: float = 1.0
+    identity_deviation: float = 1.0
     """Standard deviation of the identity's coefficients: 1 is the people that the space was made from."""
-    known_spread: float = 0.1
+    known_identity_deviation: float = 0.1
     """... of the identity's coefficients about a person who is known; 0 holds them."""
-    known_expression_spread: float = 0.4
+    known_expression_deviation: float = 0.4
     """... of an expression's weight of a person who is known: with the identity settled it is freer."""
     landmark_sigma: float = 3.0
     """How wrong a landmark is expected to be."""
@@ -106,7 +106,7 @@ def fit_person_to_scan(
         anchors: landmarks on the bundled topology and their places in the surface's frame.
         scores: expressions as they were seen, ARKit names, 0..1: what is expected.
     """
-    people = identity_model(face, config.identity_spread, PEOPLE_BOUND)
+    people = identity_model(face, config.identity_deviation, PEOPLE_BOUND)
     rough = _fit(face, parts, _expressive(people, face, face.rig.deltas, scores, config), surface, anchors, config)
     identity = rough.state.coefficients[: len(people.modes)]
     deltas = face.fitted_deltas(people.vertices(identity))
@@ -126,9 +126,9 @@ def fit_expression_on_scan(
 ) -> ModelFit:
     """The expression of a person whose neutral face is known: where to start a scan of an open mouth or closed lids.
 
-    The identity is held but for `config.known_spread`, the 52 expressions (fitted to this person's eyes) and the pose
-    are free; upper and lower lip, and the lids of an eye, never match each other. Displacements from `neutral` carry
-    over to a subdivided template by `loop_refinement(...).matrix`.
+    The identity is held but for `config.known_identity_deviation`, the 52 expressions (fitted to this person's eyes)
+    and the pose are free; upper and lower lip, and the lids of an eye, never match each other. Displacements from
+    `neutral` carry over to a subdivided template by `loop_refinement(...).matrix`.
 
     Args:
         neutral: the person in the bundled topology, face space, mm (a registered scan of the resting face).
@@ -138,9 +138,9 @@ def fit_expression_on_scan(
         scores: expressions as they were seen, ARKit names, 0..1; None expects none.
     """
     parts = parts or TemplateParts(face)
-    people = identity_model(face, config.known_spread, PEOPLE_BOUND)
+    people = identity_model(face, config.known_identity_deviation, PEOPLE_BOUND)
     person = replace(people, mean=neutral)
-    free = replace(config, expression_spread=config.known_expression_spread)
+    free = replace(config, expression_deviation=config.known_expression_deviation)
     model = _expressive(person, face, face.fitted_deltas(neutral), scores or {}, free)
     return _result(face, _fit(face, parts, model, surface, anchors, config), len(people.modes))
 
@@ -152,7 +152,7 @@ def _expressive(
     names = _names(face)
     expected = np.array([config.score_share * scores.get(n, 0.0) for n in names])
     chosen = deltas[[face.rig.index(n) for n in names]]
-    return with_expressions(people, chosen, expected, config.expression_spread)
+    return with_expressions(people, chosen, expected, config.expression_deviation)
 
 
 def _names(face: BundledFace) -> list[str]:
@@ -176,7 +176,7 @@ def _fit(
         "surface": surface_term(model, surface, trust, sides=parts.sides, sigma=sigma),
         "landmarks": landmark_term(model, on_face, goals, weights, sigma=config.landmark_sigma),
     }
-    return fit_face(model, terms, FitConfig(rounds=len(sigma)), start)
+    return fit_face(model, terms, FaceFitConfig(rounds=len(sigma)), start)
 
 
 def _result(face: BundledFace, fit: FaceFit, people: int) -> ModelFit:

@@ -117,7 +117,7 @@ class Term(Protocol):
 
 
 @dataclass(frozen=True)
-class FitConfig:
+class FaceFitConfig:
     """The solver: how long, and what beside the coefficients is unknown."""
 
     rounds: int = 15
@@ -148,7 +148,7 @@ class FaceFit:
 def fit_face(
     model: MorphableModel,
     terms: Mapping[str, Term],
-    config: FitConfig = FitConfig(),
+    config: FaceFitConfig = FaceFitConfig(),
     start: FaceState | None = None,
 ) -> FaceFit:
     """Pose, coefficients and stand-off that minimise the squared rows of all terms and of the priors, within bounds.
@@ -172,25 +172,25 @@ def fit_face(
     return FaceFit(state, model.vertices(state.coefficients), moved < config.settled_mm, config.rounds, costs)
 
 
-def _prior(model: MorphableModel, state: FaceState, config: FitConfig) -> tuple[np.ndarray, np.ndarray]:
+def _prior(model: MorphableModel, state: FaceState, config: FaceFitConfig) -> tuple[np.ndarray, np.ndarray]:
     """Normal equations of the priors on coefficients and stand-off."""
     precision = _precision(model, config)
     missing = np.r_[np.zeros(POSE), model.expected - state.coefficients, config.standoff_mm - state.standoff]
     return np.diag(precision), precision * missing
 
 
-def _precision(model: MorphableModel, config: FitConfig) -> np.ndarray:
+def _precision(model: MorphableModel, config: FaceFitConfig) -> np.ndarray:
     free = model.deviation > 0
     coefficients = np.where(free, 1 / np.where(free, model.deviation, 1.0) ** 2, 0.0)
     return np.r_[np.zeros(POSE), coefficients, 1 / config.standoff_deviation_mm**2]
 
 
-def _prior_cost(model: MorphableModel, state: FaceState, config: FitConfig) -> float:
+def _prior_cost(model: MorphableModel, state: FaceState, config: FaceFitConfig) -> float:
     off = np.r_[np.zeros(POSE), state.coefficients - model.expected, state.standoff - config.standoff_mm]
     return float((_precision(model, config) * off**2).sum())
 
 
-def _box_step(gram, linear, model: MorphableModel, state: FaceState, config: FitConfig) -> Float[np.ndarray, " u"]:
+def _box_step(gram, linear, model: MorphableModel, state: FaceState, config: FaceFitConfig) -> Float[np.ndarray, " u"]:
     """The step within the coefficients' bounds, solved in units in which all unknowns are alike."""
     u, held = len(linear), np.flatnonzero(model.deviation == 0) + POSE
     free = np.setdiff1d(np.arange(0 if config.pose else POSE, u), held)

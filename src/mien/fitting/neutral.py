@@ -11,7 +11,7 @@ from ..mesh import Mesh, vertex_normals
 from ..register.correspond import Rejection, Surface
 from ..register.nonrigid import NonrigidConfig
 from ..transforms import Transform
-from .morphable import FaceFit, FitConfig, MorphableModel, fit_face, identity_model
+from .morphable import FaceFit, FaceFitConfig, MorphableModel, fit_face, identity_model
 from .shrink_wrap import WrapStage, shrink_wrap
 from .template_parts import TemplateParts
 from .terms import ray_term, surface_term
@@ -23,10 +23,10 @@ def _closest_weights(*half_waves: float) -> tuple[float, ...]:
 
 
 @dataclass(frozen=True)
-class NeutralConfig:
+class NeutralFitConfig:
     """The identity fit and the shrink-wrap."""
 
-    fit: FitConfig = field(default_factory=FitConfig)
+    fit: FaceFitConfig = field(default_factory=FaceFitConfig)
     identity_deviation: float = 1.0
     """Standard deviation of the identity's coefficients: 1 is the people that the space was made from."""
     surface_sigma: tuple[float, ...] = (8.0, 8.0, 8.0, 4.0, 4.0, 4.0, 2.0, 2.0, 2.0, 1.2, 1.2, 1.2, 0.8)
@@ -68,7 +68,7 @@ def fit_neutral(
     scan: Mesh,
     seen: Float[np.ndarray, "478 3"],
     eye: Float[np.ndarray, " 3"],
-    config: NeutralConfig = NeutralConfig(),
+    config: NeutralFitConfig = NeutralFitConfig(),
 ) -> NeutralResult:
     """Fit the identity space with a rigid transform, then follow the scan's detail.
 
@@ -97,7 +97,7 @@ def fit_identity_to_scan(
     seen: Float[np.ndarray, "478 3"],
     eye: Float[np.ndarray, " 3"],
     trust: Float[np.ndarray, " n"],
-    config: NeutralConfig = NeutralConfig(),
+    config: NeutralFitConfig = NeutralFitConfig(),
 ) -> FaceFit:
     """Pose and identity from the scan's surface and the lines of sight from `eye` through the landmarks `seen`."""
     used = landmarks.known & np.isfinite(seen[:, 0]) & (np.arange(len(seen)) < IRISES.start)

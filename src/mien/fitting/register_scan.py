@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float
 from ..faces.bundled import BundledFace, load_face
 from ..faces.scan_clean import check_scan, mended
 from ..landmarks.detector import bundled_landmarks
-from ..landmarks.on_scan import Landmarks3D, LiftConfig, lift_landmarks
+from ..landmarks.lift import Landmarks3D, LiftConfig, lift_landmarks
 from ..mesh import Attachment, Mesh, Scan, closest_point, loop_refinement, subdivided, submesh, vertex_normals
 from ..one_line import one_line
 from ..progress import SILENT, Progress
@@ -114,7 +114,7 @@ def register_scan(
     target, notes = mended(scan.mesh.with_vertices(landmarks.T_face_scan.apply(scan.mesh.vertices)))
     progress.update("registering", 1, 4)
     points = landmarks.T_face_scan.apply(landmarks.points)
-    anchors = landmark_anchors(points, landmarks.spread, config=config.model)
+    anchors = landmark_anchors(points, landmarks.disagreement, config=config.model)
     fitted = fit_person_to_scan(face, body, Surface(target), anchors, landmarks.scores, config.model)
     progress.update("registering", 2, 4)
     T_face_scan = fitted.T_model_target @ landmarks.T_face_scan

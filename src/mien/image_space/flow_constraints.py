@@ -16,7 +16,7 @@ HOLD_MM = 1.5
 
 
 @runtime_checkable
-class UnwrappedScan(Protocol):
+class LaidOutScan(Protocol):
     """A scan in the layout."""
 
     def pixels(self, points: Float[np.ndarray, "k 3"]) -> Float[np.ndarray, "k 2"]:
@@ -53,7 +53,7 @@ def constraints_in_region(held: FlowConstraints | None, mask: Float[np.ndarray, 
 
 
 def constraints_on(
-    scans: Sequence[UnwrappedScan], i: int, constraints: Sequence[PairConstraint], pixel_mm: float
+    scans: Sequence[LaidOutScan], i: int, constraints: Sequence[PairConstraint], pixel_mm: float
 ) -> FlowConstraints | None:
     """What is known of scan i: where in its image the vertices under the other scan's points are, and belong."""
     found: FlowConstraints | None = None

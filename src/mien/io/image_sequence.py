@@ -9,7 +9,7 @@ from jaxtyping import UInt8
 
 from ..errors import BadInput
 from ..files import existing
-from .rgbd.display_matrix import upright
+from .rgbd.display_matrix import shown_upright
 
 
 def read_stills(path: str | Path, seconds: Sequence[float]) -> list[UInt8[np.ndarray, "h w 3"]]:
@@ -40,12 +40,12 @@ def _pick(container, seconds, path):
         length = time - start - end if last is not None else length
         end = time - start
         while waiting and seconds[waiting[0]] < end - 1e-6:
-            stills[waiting.pop(0)] = upright(last or frame)
+            stills[waiting.pop(0)] = shown_upright(last or frame)
         last = frame
         if not waiting:
             break
     while waiting and last is not None and seconds[waiting[0]] <= end + length:
-        stills[waiting.pop(0)] = upright(last)
+        stills[waiting.pop(0)] = shown_upright(last)
     if waiting:
         raise BadInput(
             f"{path}: has no frame at {seconds[waiting[0]]:.2f} s, it lasts {end + length:.2f} s; "

@@ -83,7 +83,7 @@ class LiveLinkTake:
         """The head's rotation in face space."""
         return Rotation.from_euler("YXZ", self.head * (1, -1, -1)).as_matrix()
 
-    def match(self, names: Sequence[str], given: Mapping[str, str] | None = None) -> NameMatch:
+    def match_to(self, names: Sequence[str], given: Mapping[str, str] | None = None) -> NameMatch:
         """How the take drives shapes of these names; `given` are pairs by hand.
 
         Raises:
@@ -100,12 +100,12 @@ class LiveLinkTake:
         return self.to_performance(nothing)
 
     def to_performance(self, rig: Rig, given: Mapping[str, str] | None = None) -> Performance:
-        """The take on a rig: shapes met by name (`match`), the rig's others at 0, the head turning in place.
+        """The take on a rig: shapes met by name (`match_to`), the rig's others at 0, the head turning in place.
 
         Raises:
             BadInput: the rig has none of the names.
         """
-        weights = self.match(rig.names, given).weights(self.weights)
+        weights = self.match_to(rig.names, given).weights(self.weights)
         rotations = self.rotations()
         return Performance(rig, weights, Transform(rotations, np.zeros((len(rotations), 3))), self.rate, self.tracked)
 
@@ -143,7 +143,7 @@ def read_live_link(path: str | Path, rate: float | None = None) -> LiveLinkTake:
     angles, in_angles = _in_radians(path, turned, columns.names, np.nan_to_num(values))
     codes = [row[columns.time] for row in body] if columns.time >= 0 else [""] * len(body)
     clock = read_clock(codes, rate)
-    table, tracked = _hold(np.concatenate([values, angles], axis=1), seen, clock.places)
+    table, tracked = _hold(np.concatenate([values, angles], axis=1), seen, clock.frames)
     n = len(columns.names)
     notes = tuple(f"{path.name}: {line}" for line in (*columns.notes, *in_weights, *in_angles, *clock.notes))
     return LiveLinkTake(columns.names, table[:, :n], table[:, n : n + 3], table[:, n + 3 :], clock.rate, tracked, notes)

@@ -21,7 +21,7 @@ _FALLBACK = 60.0
 class Clock(NamedTuple):
     """Where rows belong."""
 
-    places: Int[np.ndarray, " rows"]
+    frames: Int[np.ndarray, " rows"]
     """Frame of each row from 0; growing, but equal where a time stands twice."""
     rate: float
     """Frames a second."""

@@ -87,7 +87,7 @@ class SeenLandmarks:
     T_face_scan: Transform
     points: Float[np.ndarray, "478 3"]
     """Scan's frame and unit, as in `Landmarks3D`."""
-    spread: Float[np.ndarray, " 478"]
+    disagreement: Float[np.ndarray, " 478"]
     """Scan's unit."""
     scores: dict[str, float]
     inside_out: bool
@@ -114,14 +114,14 @@ def look(
             inward.append(side < 0)
     if not found:
         return None
-    points, spread = _median(np.array(found))
+    points, disagreement = _median(np.array(found))
     fresh = similarity_to_average(points)[0]
     stray = _off_average(fresh.apply(points)) > config.max_stray
-    points[stray], spread[stray] = np.nan, np.nan
+    points[stray], disagreement[stray] = np.nan, np.nan
     back = T_face_scan.inverse()
     better = fresh @ T_face_scan
     names = {name: float(np.median([s[name] for s in scores])) for name in scores[0]}
-    return SeenLandmarks(better, back.apply(points), spread * back.scale, names, bool(np.mean(inward) > 0.5))
+    return SeenLandmarks(better, back.apply(points), disagreement * back.scale, names, bool(np.mean(inward) > 0.5))
 
 
 def _off_average(points: Float[np.ndarray, "478 3"]) -> Float[np.ndarray, " 478"]:
@@ -142,8 +142,8 @@ def _median(stack: Float[np.ndarray, "views 478 3"]) -> tuple[np.ndarray, np.nda
 
     (Of a single view, one is enough.) What one view alone has often went through a hole.
     """
-    points, spread = np.full((COUNT, 3), np.nan), np.full(COUNT, np.nan)
+    points, disagreement = np.full((COUNT, 3), np.nan), np.full(COUNT, np.nan)
     seen = np.isfinite(stack).all(axis=2).sum(axis=0) >= min(2, len(stack))
     points[seen] = np.nanmedian(stack[:, seen], axis=0)
-    spread[seen] = np.nanmedian(np.linalg.norm(stack[:, seen] - points[seen], axis=2), axis=0)
-    return points, spread
+    disagreement[seen] = np.nanmedian(np.linalg.norm(stack[:, seen] - points[seen], axis=2), axis=0)
+    return points, disagreement

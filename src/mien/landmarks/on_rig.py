@@ -130,7 +130,7 @@ def _seen_on(rig: Rig, mesh: Mesh, eyes: FaceLandmarker) -> tuple[np.ndarray, np
     """Landmarks seen on `mesh`, as points of the neutral: known (478,), median over the views (478, 3)."""
     views = []
     for tilt, turn in VIEWS:
-        camera, T_camera_face = portrait(mesh, tilt, turn)
+        camera, T_camera_face = view_of_face(mesh, tilt, turn)
         picture, hits = shade(mesh, camera, T_camera_face)
         found = eyes.detect(picture)
         if found is not None:
@@ -154,7 +154,7 @@ def lift(pixels: Float[np.ndarray, "p 2"], hits: DepthImage, neutral: Mesh) -> F
     return np.where((inside & (faces >= 0))[:, None], points, np.nan)
 
 
-def portrait(mesh: Mesh, tilt: float = 0.0, turn: float = 0.0, size: int = 480) -> tuple[Camera, Transform]:
+def view_of_face(mesh: Mesh, tilt: float = 0.0, turn: float = 0.0, size: int = 480) -> tuple[Camera, Transform]:
     """A camera 700 mm in front of a head in face space, turned by `tilt` about x and `turn` about y (radians)."""
     low, high = mesh.vertices.min(0), mesh.vertices.max(0)
     turned = rotation_from_vector(np.array([tilt, 0.0, 0.0])) @ rotation_from_vector(np.array([0.0, turn, 0.0]))

@@ -16,7 +16,7 @@ from ..rig import Rig
 from ..takes.frame_solve import FrameSolve, SolveConfig, solve_frames
 from ..takes.stabilise import calm_frames, mean_cloud
 from ..transforms import Transform
-from .neutral import Neutral, NeutralConfig, find_neutral, model_at_rest
+from .neutral import FindNeutralConfig, Neutral, find_neutral, neutral_model
 from .plausibility import Fit, PlausibilityConfig, motion_of, refuse_no_face
 from .refine_attachment import RefineConfig, refine_attachment
 
@@ -30,7 +30,7 @@ class CalibrateConfig:
     refine: RefineConfig = RefineConfig()
     trial: SolveConfig = field(default_factory=lambda: SolveConfig(rounds=2, smoothness=0.0, outlier=np.inf))
     """The short solve by which alignments are told apart."""
-    neutral: NeutralConfig = NeutralConfig()
+    neutral: FindNeutralConfig = FindNeutralConfig()
     plausibility: PlausibilityConfig = PlausibilityConfig()
     trial_frames: int = 120
     """Frames of the take that each alignment must explain."""
@@ -52,7 +52,7 @@ class Calibration:
     """Distance of each marker's centre from the skin, mm."""
     T_face_head: Transform
     """Rigid: the take's head frame -> face space."""
-    rest: Float[np.ndarray, "markers 3"]
+    neutral_markers: Float[np.ndarray, "markers 3"]
     """The calm frame's markers in face space, mm: where they are when all weights are 0."""
     neutral: Neutral
     """The frame taken as neutral, and how neutral it is."""
@@ -113,7 +113,7 @@ def calibrate(
         attachment=fit.attachment,
         standoff=standoff,
         T_face_head=fit.T_face_head,
-        rest=fit.T_face_head.apply(cloud),
+        neutral_markers=fit.T_face_head.apply(cloud),
         neutral=neutral,
         alignment_margin=float(margin),
         second_best_mm=other,
@@ -145,7 +145,7 @@ def calibrate_by_hand(
         attachment=fit.attachment,
         standoff=np.full(positions.shape[1], fit.standoff_mm),
         T_face_head=fit.T_face_head,
-        rest=fit.T_face_head.apply(cloud),
+        neutral_markers=fit.T_face_head.apply(cloud),
         neutral=neutral,
         alignment_margin=1.0,
         second_best_mm=np.inf,
@@ -193,7 +193,7 @@ def _refine(positions, cloud, face, region, trial, metric, config, progress) -> 
 
 def _solve(positions, cloud, rig, fit, metric, config) -> FrameSolve:
     """Solve the trial frames with the calm frame's own markers at rest: what identity misses is no expression."""
-    model = model_at_rest(rig, fit, cloud)
+    model = neutral_model(rig, fit, cloud)
     T_head_face = Transform.identity(len(positions)) @ fit.T_face_head.inverse()
     return solve_frames(model, positions, T_head_face, 30.0, metric, config)
 

@@ -16,7 +16,7 @@ from ..takes.stabilise import calm_frames, mean_cloud
 
 
 @dataclass(frozen=True)
-class NeutralConfig:
+class FindNeutralConfig:
     """How the neutral is told from what is merely held."""
 
     frame: int | None = None
@@ -41,7 +41,7 @@ class Neutral:
     @property
     def rests(self) -> bool:
         """Whether the face is neutral there, as far as can be told."""
-        return self.added >= REST_SHARE
+        return self.added >= NEUTRAL_SHARE
 
     def line(self, rate: float) -> str:
         """How neutral the neutral is, in one line."""
@@ -54,7 +54,7 @@ class Neutral:
         )
 
 
-REST_SHARE = 0.85
+NEUTRAL_SHARE = 0.85
 """Neutral faces are added to by 92 to 99 % of the motion, held expressions by 58 to 91 %."""
 
 
@@ -65,7 +65,7 @@ def find_neutral(
     fit: IdentityFit,
     metric: Float[np.ndarray, "3 3"] | None,
     solve: SolveConfig,
-    config: NeutralConfig = NeutralConfig(),
+    config: FindNeutralConfig = FindNeutralConfig(),
 ) -> Neutral:
     """Of the frames that the take dwells at, the one to which the rest of the take is added.
 
@@ -101,10 +101,10 @@ def added_share(
     solve: SolveConfig,
 ) -> float:
     """`Neutral.added` of one frame."""
-    model = model_at_rest(rig, fit, mean_cloud(positions, frame))
+    model = neutral_model(rig, fit, mean_cloud(positions, frame))
     X = positions[frames]
     used = visible(X)
-    off = np.nan_to_num(fit.T_face_head.apply(X) - model.rest)
+    off = np.nan_to_num(fit.T_face_head.apply(X) - model.neutral)
     M = np.eye(3) if metric is None else metric
     alike = normal_equations(model.jacobian(), M, off, used)
     still = normal_equations(model.jacobian(), M, off, used, stillness(model, solve.still_power))
@@ -116,10 +116,10 @@ def added_share(
     return float(_explained(gram, linear, adding) / most) if most > 0 else 1.0
 
 
-def model_at_rest(rig: Rig, fit: IdentityFit, cloud: Float[np.ndarray, "markers 3"]) -> MarkerModel:
+def neutral_model(rig: Rig, fit: IdentityFit, cloud: Float[np.ndarray, "markers 3"]) -> MarkerModel:
     """The markers on the person, `cloud` (head frame) at rest: what identity misses is no expression."""
     model = marker_model(rig, fit.attachment, np.full(len(cloud), fit.standoff_mm))
-    return replace(model, rest=fit.T_face_head.apply(cloud))
+    return replace(model, neutral=fit.T_face_head.apply(cloud))
 
 
 def _explained(gram: np.ndarray, linear: np.ndarray, weights: np.ndarray) -> float:

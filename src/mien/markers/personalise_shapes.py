@@ -45,12 +45,12 @@ def shape_corrections(
     shape that does not move a marker hardly starts to.
     """
     neutral_prior, shape_prior = _priors(model, config)
-    deviation = np.vstack([np.broadcast_to(neutral_prior, (1, len(model.rest))), shape_prior])
+    deviation = np.vstack([np.broadcast_to(neutral_prior, (1, len(model.neutral))), shape_prior])
     W = np.c_[np.ones(len(weights)), weights]
     noise = config.noise_mm**2 * max(1.0, rate / config.independent_hz)
     residual = np.nan_to_num(targets - model.points(weights))
-    corrections = np.zeros((W.shape[1], len(model.rest), 3))
-    for i in range(len(model.rest)):
+    corrections = np.zeros((W.shape[1], len(model.neutral), 3))
+    for i in range(len(model.neutral)):
         V = W[used[:, i]] * deviation[:, i]
         gram = V.T @ V + noise * np.eye(V.shape[1])
         solved = np.linalg.solve(gram, V.T @ residual[used[:, i], i])

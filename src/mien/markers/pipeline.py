@@ -150,5 +150,5 @@ def fit_neutral_to_markers(calibration: Calibration, face: BundledFace, S: np.nd
     """The person with the calm frame's markers met by the neutral face, so that no expression has to."""
     model = marker_model(calibration.rig, calibration.attachment, calibration.standoff)
     neutral = calibration.rig.neutral
-    vertices = neutral.vertices + S @ (calibration.rest - model.rest)
+    vertices = neutral.vertices + S @ (calibration.neutral_markers - model.neutral)
     return calibration.rig.with_shapes(neutral.with_vertices(vertices), face.fitted_deltas(vertices))

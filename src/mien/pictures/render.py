@@ -50,9 +50,9 @@ class Look:
         Lamp((-0.85, -0.35, 0.75), (0.26, 0.26, 0.28), 0.3),
     )
     """A cool fill and two rim lamps behind the head."""
-    above: tuple[float, float, float] = (0.30, 0.32, 0.35)
+    sky: tuple[float, float, float] = (0.30, 0.32, 0.35)
     """Ambient light from above, linear."""
-    below: tuple[float, float, float] = (0.15, 0.13, 0.12)
+    ground: tuple[float, float, float] = (0.15, 0.13, 0.12)
     """Ambient light from below, linear."""
     wrap: tuple[float, float, float] = (0.28, 0.14, 0.09)
     """How far light bleeds round the terminator, by colour, as a share of a right angle's sine; 0 = hard."""
@@ -201,7 +201,7 @@ class _Scene:
         """Linear light towards the camera."""
         look = self.look
         lamps = np.array([[*_unit(lamp.direction), *lamp.color, lamp.gloss] for lamp in (look.key, *look.others)])
-        ambient = np.array([look.above, look.below])
+        ambient = np.array([look.sky, look.ground])
         return light(self.normal, self.point, albedo, self.clear, self.arrives, wet, lamps, ambient, np.array(skin))
 
 

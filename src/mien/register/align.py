@@ -19,8 +19,8 @@ class AlignConfig:
     first: int = 8
     """Closest-point rounds that every start gets."""
     then: int = 40
-    """... and at most this many more for the `follow` best of them."""
-    follow: int = 10
+    """... and at most this many more for the `followed` best of them."""
+    followed: int = 10
     """How many starts are followed to the end."""
     keep: float = 0.85
     """Share of the markers, the closest ones, that pull (trimmed ICP)."""
@@ -75,7 +75,7 @@ def starts(cloud: Float[np.ndarray, "markers 3"], turns: int) -> list[Float[np.n
 
 
 def _begin(cloud: np.ndarray, surface: ClosestPoint, config: AlignConfig) -> list[Transform]:
-    """A few rigid closest-point rounds of all starts at once; the most promising `follow`, best first."""
+    """A few rigid closest-point rounds of all starts at once; the most promising `followed`, best first."""
     R = np.stack(starts(cloud, config.turns))
     T = Transform(R, surface.mesh.vertices.mean(axis=0) - R @ cloud.mean(axis=0))
     many = np.broadcast_to(cloud, (len(R), *cloud.shape))
@@ -86,7 +86,7 @@ def _begin(cloud: np.ndarray, surface: ClosestPoint, config: AlignConfig) -> lis
         pull = distances <= np.quantile(distances, config.keep, axis=1, keepdims=True)
         T = procrustes_frames(many, closest.points.reshape(many.shape), pull.astype(float)).transform
     kept = np.sort(distances, axis=1)[:, : max(4, round(config.keep * len(cloud)))]
-    return [T[i] for i in np.argsort((kept**2).mean(axis=1), kind="stable")[: config.follow]]
+    return [T[i] for i in np.argsort((kept**2).mean(axis=1), kind="stable")[: config.followed]]
 
 
 def _follow(cloud: np.ndarray, surface: ClosestPoint, T: Transform, iterations: int, config: AlignConfig) -> Alignment:

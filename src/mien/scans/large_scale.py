@@ -38,7 +38,7 @@ class ScanLandmarks:
 
     points: Float[np.ndarray, "478 3"]
     """Face space, mm; NaN where not seen."""
-    spread: Float[np.ndarray, " 478"]
+    disagreement: Float[np.ndarray, " 478"]
     """How far the views disagree, mm."""
 
 
@@ -93,8 +93,8 @@ def _landmark_anchors(
     used = np.unique(np.concatenate([groups[name] for name in LIPS_AND_LIDS]))
     used = used[np.isfinite(neutral.points[used]).all(axis=1) & np.isfinite(here.points[used]).all(axis=1)]
     on_template = closest_point(template.skin, neutral.points[used]).attachment()
-    spread = neutral.spread[used] ** 2 + here.spread[used] ** 2
-    weights = config.landmarks / config.nonrigid.markers / (1 + spread / config.landmark_slack**2)
+    disagreement = neutral.disagreement[used] ** 2 + here.disagreement[used] ** 2
+    weights = config.landmarks / config.nonrigid.markers / (1 + disagreement / config.landmark_slack**2)
     return Anchors(on_template, here.points[used], weights)
 
 

@@ -20,10 +20,10 @@ def consensus_attachment(
     nearer the truth than the neutral scan's own, since actors miss each expression in another way.
     """
     rest = Mesh(skin[0], template.skin.faces)
-    found = [template.attach(x, p).points(rest) for x, p in zip(skin, points, strict=True)]
+    found = [template.attachment_of(x, p).points(rest) for x, p in zip(skin, points, strict=True)]
     brought = np.where(covered[..., None], np.stack(found), np.nan)
     brought[0] = found[0]
-    return template.attach(rest.vertices, np.nanmedian(brought, axis=0))
+    return template.attachment_of(rest.vertices, np.nanmedian(brought, axis=0))
 
 
 def consensus_standoff(

@@ -80,7 +80,7 @@ def rigid_fit(
         columns = [np.cross(x - T.translation, pairs.normals), pairs.normals, -np.ones(len(x))]
         J = np.column_stack(columns)[:, :free]
         A = J.T @ (pairs.weights[:, None] * J) + FREE * len(x) * np.eye(free)
-        step = -np.linalg.solve(A, J.T @ (pairs.weights * pairs.above))
+        step = -np.linalg.solve(A, J.T @ (pairs.weights * pairs.heights))
         T = Transform(rotation_from_vector(step[:3]) @ T.rotation, T.translation + step[3:6])
         more = float(np.clip(more + step[6:].sum(), 0.0, config.standoff_most))
         if np.abs(step).max() < SETTLED:
@@ -96,7 +96,7 @@ class MarkerPairs:
     """The skin's."""
     weights: Float[np.ndarray, " markers"]
     """0..1: how far each closest point is believed."""
-    above: Float[np.ndarray, " markers"]
+    heights: Float[np.ndarray, " markers"]
     """Distance from the skin beyond the stand-off, mm; negative below."""
 
 

@@ -66,7 +66,7 @@ class MarkersOnScans:
     """Height of each marker's centre above the skin, mm, the same on all scans."""
 
 
-def register_markers(
+def fit_markers_to_scans(
     frames: Sequence[ScannedFrame],
     poses: Sequence[MarkerPose],
     config: MarkerRegistrationConfig = MarkerRegistrationConfig(),
@@ -123,7 +123,7 @@ def nonrigid_fit(
     moved = reference + np.tensordot(mix, modes, axes=1)
     found = surface.correspond(T_scan_head.apply(moved), rejection=Rejection())
     above = signed_heights(T_scan_head.apply(moved), found) - standoff
-    believed = rigid.above[rigid.weights > 0]
+    believed = rigid.heights[rigid.weights > 0]
     return MarkersOnScan(
         T_head_scan=T_scan_head.inverse(),
         attachment=found.attachment(),
@@ -155,7 +155,7 @@ def _solved_mix(
         J = np.einsum("kmd,md->mk", turned, pairs.normals)
         w = pairs.weights / config.pose.noise**2
         gram = J.T @ (w[:, None] * J) + prior
-        step = np.linalg.solve(gram, -(J.T @ (w * pairs.above)) - prior @ mix)
+        step = np.linalg.solve(gram, -(J.T @ (w * pairs.heights)) - prior @ mix)
         mix = mix + step
         if np.abs(np.tensordot(step, modes, axes=1)).max(initial=0.0) < SETTLED_MM:
             break

@@ -17,7 +17,7 @@ from ..one_line import count, one_line
 from ..progress import SILENT, Progress
 from ..register import Surface
 from ..step_cache import StepCache
-from ..takes.preprocess import PreprocessConfig, preprocess_take
+from ..takes.preprocess import PreprocessTakeConfig, preprocess_take
 from . import large_scale
 from .fine_scale import FineConfig, FineResult, register_fine
 from .fitted_scan import fit_scan, fit_template
@@ -25,7 +25,7 @@ from .large_scale import LargeScaleConfig, LargeScaleTarget
 from .left_out import LeftOut, enough, kept
 from .marker_consensus import consensus_attachment, consensus_standoff
 from .marker_pose import ScannedFrame, find_poses
-from .marker_registration import MarkerRegistrationConfig, MarkersOnScans, register_markers
+from .marker_registration import MarkerRegistrationConfig, MarkersOnScans, fit_markers_to_scans
 from .placed_scans import PlacedScan, PlacedScans, place_scans, scanned_frames
 from .reconstruct import ReconstructConfig, meet_markers
 from .scan_rig import ScanRig, rig_of_scans
@@ -48,10 +48,10 @@ class ScansConfig:
     """Rounds of subdivision of the bundled topology: 1 is 15,000 vertices of skin, 2 is 60,000."""
     strict: bool = False
     """Stop at a scan that cannot be used, instead of going on without it."""
-    preprocess: PreprocessConfig = PreprocessConfig()
+    preprocess: PreprocessTakeConfig = PreprocessTakeConfig()
     fit: RegisterConfig = field(default_factory=RegisterConfig)
     """How the bundled face is laid on each scan by itself; the `density` above counts."""
-    on_scan: MarkerRegistrationConfig = field(default_factory=MarkerRegistrationConfig)
+    registration: MarkerRegistrationConfig = field(default_factory=MarkerRegistrationConfig)
     large: LargeScaleConfig = field(default_factory=LargeScaleConfig)
     fine: FineConfig = field(default_factory=FineConfig)
     """Its `sweeps` 0 leaves the fine-scale step out."""
@@ -153,12 +153,12 @@ def lay_markers(
 ) -> tuple[TakeInHead, list[ScannedFrame], MarkersOnScans]:
     """Sec. 5: markers on the scans that they fit."""
     scanned = scanned_frames(take)
-    found = cached(find_poses, frames=scanned, config=config.on_scan.pose)
+    found = cached(find_poses, frames=scanned, config=config.registration.pose)
     poses, out = kept(found, config.strict)
     rows = [i for i, pose in enumerate(found) if not isinstance(pose, LeftOut)]
     enough(len(rows), 2, take.left_out + out)
     fitting = [scanned[i] for i in rows]
-    on_scans = cached(register_markers, frames=fitting, poses=poses, config=config.on_scan)
+    on_scans = cached(fit_markers_to_scans, frames=fitting, poses=poses, config=config.registration)
     return take.only(rows, out), fitting, on_scans
 
 
@@ -196,7 +196,7 @@ def correspond_coarsely(
 ) -> CoarselyCorresponded:
     """Sec. 6.1, eq. 7. The neutral scan has the template on it already."""
     neutral, points = placed.scans[0], placed.skin_points
-    attachment = template.attach(template.skin.vertices, points[0])
+    attachment = template.attachment_of(template.skin.vertices, points[0])
     on_scans = placed.on_scans.scans
     covered = np.stack([on.covered & on_scans[0].covered for on in on_scans])
     inputs = []

@@ -100,7 +100,7 @@ def _placed(
     if scan.fit is None:
         return PlacedScan(scan.name, scan.frame, mesh, T_face_scan, None, None)
     seen = scan.fit.landmarks
-    landmarks = ScanLandmarks(T_face_scan.apply(seen.points), seen.spread)
+    landmarks = ScanLandmarks(T_face_scan.apply(seen.points), seen.disagreement)
     fit = (T_face_scan @ scan.fit.T_face_scan.inverse()).apply(scan.fit.mesh.vertices)
     return PlacedScan(scan.name, scan.frame, mesh, T_face_scan, landmarks, fit)
 

@@ -63,7 +63,7 @@ class ScanTemplate:
         """Skin that scans show."""
         return self.trust > 0
 
-    def attach(self, skin: Float[np.ndarray, "n 3"], points: Float[np.ndarray, "p 3"]) -> Attachment:
+    def attachment_of(self, skin: Float[np.ndarray, "n 3"], points: Float[np.ndarray, "p 3"]) -> Attachment:
         """The points of the shown skin, now at `skin`, closest to `points` (mm)."""
         faces = self.skin.faces
         shown = np.flatnonzero(self.shown[faces].all(axis=1))

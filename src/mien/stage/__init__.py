@@ -9,7 +9,7 @@ from .score import Score, score_performance, score_vertices
 from .script.script import Script, frozen, random_performance, scripted
 from .sensors.depth_sensor import DepthSensor, structured_light, time_of_flight
 from .sensors.film import HARD_FILM, FilmConfig, StagedFilm, film
-from .sensors.marker_layout import Layout, marker_layout
+from .sensors.marker_layout import MarkerLayout, marker_layout
 from .sensors.mocap import HARD_MOCAP, HeadMotion, MocapConfig, StagedTake, perform
 from .sensors.scanner import HARD_SCAN, ScanConfig, StagedScan, scan
 from .truth import Truth
@@ -22,7 +22,7 @@ __all__ = [
     "DepthSensor",
     "FilmConfig",
     "HeadMotion",
-    "Layout",
+    "MarkerLayout",
     "MocapConfig",
     "Performer",
     "PerformerConfig",

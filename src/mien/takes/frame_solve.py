@@ -85,7 +85,7 @@ def solve_frames(
     """
     if not (np.isfinite(T_lab_face.rotation).all() and np.isfinite(T_lab_face.translation).all()):
         raise ValueError("T_lab_face: expected finite poses, got NaN or infinity")
-    if not (np.isfinite(model.rest).all() and np.isfinite(model.shapes).all()):
+    if not (np.isfinite(model.neutral).all() and np.isfinite(model.shapes).all()):
         raise ValueError("model: expected finite places and shapes, got NaN or infinity; leave unseen markers out")
     M = np.eye(3) if metric is None else metric
     seen = visible(positions)
@@ -95,7 +95,7 @@ def solve_frames(
     weights = np.zeros((len(positions), len(model.shapes))) if warm is None else warm
     residuals, converged = np.full(seen.shape, np.nan), True
     for _ in range(config.rounds):
-        r = np.nan_to_num(T.inverse().apply(positions) - model.rest)
+        r = np.nan_to_num(T.inverse().apply(positions) - model.neutral)
         G, b = normal_equations(model.jacobian(), M, r, used)
         still = normal_equations(model.jacobian(), M, r, used, stillness(model, config.still_power))
         weights, pose, converged = _inner(G, b, still, weights, rate, config)

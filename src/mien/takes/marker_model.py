@@ -15,7 +15,7 @@ from ..transforms import skew
 class MarkerModel:
     """Marker positions as a linear function of the weights: rest + sum_k w_k shapes_k, in face space, mm."""
 
-    rest: Float[np.ndarray, "markers 3"]
+    neutral: Float[np.ndarray, "markers 3"]
     """On the neutral face."""
     shapes: Float[np.ndarray, "shapes markers 3"]
     """How far each shape moves each marker at weight 1: D (b_k - b_0) of Huang 2011, eq. 12."""
@@ -23,12 +23,12 @@ class MarkerModel:
     def points(self, weights: Float[np.ndarray, "*batch shapes"]) -> Float[np.ndarray, "*batch markers 3"]:
         """Marker positions under `weights`."""
         k, m, _ = self.shapes.shape
-        return self.rest + (weights @ self.shapes.reshape(k, m * 3)).reshape(*weights.shape[:-1], m, 3)
+        return self.neutral + (weights @ self.shapes.reshape(k, m * 3)).reshape(*weights.shape[:-1], m, 3)
 
     def jacobian(self) -> Float[np.ndarray, "markers 3 columns"]:
         """d point / d (weights, rotation vector, translation) at rest: shapes + 6 columns."""
         shapes = np.moveaxis(self.shapes, 0, 2)
-        turn = -skew(self.rest)
+        turn = -skew(self.neutral)
         shift = np.broadcast_to(np.eye(3), turn.shape)
         return np.concatenate([shapes, turn, shift], axis=2)
 

@@ -12,7 +12,7 @@ from .stabilise import StabiliseConfig, Stabilised, stabilise
 
 
 @dataclass(frozen=True)
-class PreprocessConfig:
+class PreprocessTakeConfig:
     """How a take is made ready."""
 
     stabilise: StabiliseConfig = StabiliseConfig()
@@ -38,7 +38,7 @@ class PreprocessedTake:
     """Markers that were seen too seldom."""
 
 
-def preprocess_take(markers: Markers, config: PreprocessConfig = PreprocessConfig()) -> PreprocessedTake:
+def preprocess_take(markers: Markers, config: PreprocessTakeConfig = PreprocessTakeConfig()) -> PreprocessedTake:
     """Take out the head's motion and fill gaps.
 
     Raises:

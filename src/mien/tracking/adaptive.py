@@ -27,7 +27,7 @@ from ..mesh import cotangent_laplacian
 from ..transforms import Transform
 from .model import TrackingModel
 from .preprocess_frame import FrameObservation
-from .rigid import Correspondences
+from .rigid import DepthCorrespondences
 
 IDS = np.array(FEATURES)
 
@@ -124,7 +124,7 @@ def _smoothness(model: TrackingModel) -> sp.csc_matrix:
     return (C @ sp.diags(len(area) / (area * total)) @ C).tocsc()
 
 
-def depth_offsets(match: Correspondences, T_camera_face: Transform) -> Float32[np.ndarray, "f 3"]:
+def depth_offsets(match: DepthCorrespondences, T_camera_face: Transform) -> Float32[np.ndarray, "f 3"]:
     """p - v in face space, mm, 0 where nothing corresponds (eq. 3).
 
     p is the foot of v on the tangent plane of its depth pixel: the pixel itself would pull along the line of sight,

@@ -21,7 +21,7 @@ from .model import POINTS, TrackingModel
 from .photometric import PhotometricConfig, Reference, photometric_match
 from .preprocess_frame import FrameObservation
 from .reproject_weights import box_solve
-from .rigid import LEVER, Correspondences, RigidConfig, correspond, moved, pose_step
+from .rigid import LEVER, DepthCorrespondences, RigidConfig, correspond, moved, pose_step
 
 Rows = tuple[np.ndarray, np.ndarray]
 """J (rows, k + 6) and r (rows,), weighted."""
@@ -33,7 +33,7 @@ POSE_RIDGE = 1e-6
 
 
 @dataclass(frozen=True)
-class FitConfig:
+class BlendshapeFitConfig:
     """The blendshape fit. Weights are squared, in the units of the module's first lines."""
 
     rounds: int = 3
@@ -97,7 +97,7 @@ def fit_blendshapes(
     observation: FrameObservation,
     weights: Float[np.ndarray, " k"],
     T_camera_face: Transform,
-    config: FitConfig = FitConfig(),
+    config: BlendshapeFitConfig = BlendshapeFitConfig(),
     rigid: RigidConfig = RigidConfig(),
     reference: Reference | None = None,
 ) -> FitResult:
@@ -132,9 +132,9 @@ def fit_blendshapes(
 def refine_pose(
     model: TrackingModel,
     vertices: Float32[np.ndarray, "f 3"],
-    match: Correspondences,
+    match: DepthCorrespondences,
     T_camera_face: Transform,
-    config: FitConfig,
+    config: BlendshapeFitConfig,
 ) -> Transform:
     """One ICP step of the fitted face, measured on the vertices that expressions move least."""
     points = track.place(vertices, T_camera_face.rotation, T_camera_face.translation)
@@ -145,9 +145,9 @@ def refine_pose(
 
 
 def appearance(
-    model: TrackingModel, observation: FrameObservation, match: Correspondences | None, x, normals, T_camera_face,
-    reference: Reference | None, done: int, config: FitConfig,
-) -> Correspondences | None:  # fmt: skip
+    model: TrackingModel, observation: FrameObservation, match: DepthCorrespondences | None, x, normals, T_camera_face,
+    reference: Reference | None, done: int, config: BlendshapeFitConfig,
+) -> DepthCorrespondences | None:  # fmt: skip
     """Planes that the vertices should lie on to show what they used to; None where nothing is known of that."""
     if observation.contrast is None or reference is None or not reference.frames or not config.photometric.weight:
         return None
@@ -161,11 +161,11 @@ def appearance(
     found, plane, weight, _ = photometric_match(
         points, turned, observation.contrast[level], observation.intrinsics, reference.contrast[level], valid, c
     )
-    return Correspondences(points, found, plane, weight)
+    return DepthCorrespondences(points, found, plane, weight)
 
 
 def photometric_term(
-    model: TrackingModel, look: Correspondences, T_camera_face: Transform, centre, config: FitConfig
+    model: TrackingModel, look: DepthCorrespondences, T_camera_face: Transform, centre, config: BlendshapeFitConfig
 ) -> System:
     """Contrast as remembered, for every vertex that is seen: the normal equations."""
     packed, c = model.packed_basis, config.photometric
@@ -179,10 +179,10 @@ def photometric_term(
 
 def depth_term(
     model: TrackingModel,
-    match: Correspondences,
+    match: DepthCorrespondences,
     T_camera_face: Transform,
     centre: Float[np.ndarray, " 3"],
-    config: FitConfig,
+    config: BlendshapeFitConfig,
 ) -> tuple[System, float, float]:
     """Point-to-plane, eq. 1: n' (v1(x) - p) = 0 for every vertex that corresponds.
 
@@ -197,7 +197,9 @@ def depth_term(
     return (A, b), error if covered else np.nan, covered / POINTS
 
 
-def _feature_rows(model, observation: FrameObservation, x, T_camera_face, centre, config: FitConfig) -> list[Rows]:
+def _feature_rows(
+    model, observation: FrameObservation, x, T_camera_face, centre, config: BlendshapeFitConfig
+) -> list[Rows]:
     """The terms of the features."""
     if observation.rays is None or not config.features:
         return []
@@ -218,7 +220,7 @@ def feature_term(
     weights: Float[np.ndarray, " k"],
     T_camera_face: Transform,
     centre: Float[np.ndarray, " 3"],
-    config: FitConfig,
+    config: BlendshapeFitConfig,
 ) -> Rows:
     """2D features, eq. 2: [1 0 -u_x; 0 1 -u_y] v = 0 in camera space; in millimetres at the face.
 
@@ -250,7 +252,7 @@ def gap_term(
     weights: Float[np.ndarray, " k"],
     T_camera_face: Transform,
     centre: Float[np.ndarray, " 3"],
-    config: FitConfig,
+    config: BlendshapeFitConfig,
 ) -> Rows:
     """Openings between lids and between lips (mm): their 2D difference, on which common errors of both sides cancel."""
     pairs = np.array([*LIDS, *LIPS])
@@ -296,7 +298,7 @@ def _landmarks_used(model: TrackingModel, observation: FrameObservation) -> np.n
     return np.flatnonzero(model.landmarks.known)
 
 
-def _add_priors(A, b, x, before, scores, model: TrackingModel, config: FitConfig) -> None:
+def _add_priors(A, b, x, before, scores, model: TrackingModel, config: BlendshapeFitConfig) -> None:
     """Ridge, sparsity, stillness and the landmarker's scores, added in place to the coefficients' equations."""
     k = len(x)
     diagonal = np.full(k, config.ridge + config.temporal_weight)
@@ -318,6 +320,6 @@ def _solve(A: np.ndarray, b: np.ndarray, x: np.ndarray, pose: bool) -> tuple[np.
     return box_solve(A, b, np.r_[-x, -free], np.r_[1 - x, free], np.zeros(k + 6))
 
 
-def at_rest(config: FitConfig) -> FitConfig:
+def first_frame_fit(config: BlendshapeFitConfig) -> BlendshapeFitConfig:
     """The same fit without memory of the last frame: for the first frame and after the head was lost."""
     return replace(config, temporal_weight=0.0)

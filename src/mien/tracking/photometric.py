@@ -32,7 +32,7 @@ class PhotometricConfig:
     """Half width of the window whose mean contrast is taken by, pixels."""
     frames: int = 20
     """Frames over which the reference is averaged."""
-    agree: float = 0.35
+    least_cosine: float = 0.35
     """Least cosine of a vertex's normal to the line of sight."""
 
 
@@ -66,7 +66,8 @@ def contrasts(color: UInt8[np.ndarray, "h w 3"], config: PhotometricConfig) -> t
 
 def photometric_match(points, normals, image, intrinsics, reference, valid, config: PhotometricConfig):
     """Planes that vertices should lie on to show `reference`: found, plane, weight, shown (`_kernels.track_photo`)."""
-    return track_photo.sample_plane(points, normals, image, intrinsics, reference, valid, np.float32(config.agree))
+    least = np.float32(config.least_cosine)
+    return track_photo.sample_plane(points, normals, image, intrinsics, reference, valid, least)
 
 
 def learn_reference(

@@ -46,7 +46,7 @@ class FrameObservation:
 
 
 @dataclass(frozen=True)
-class PreprocessConfig:
+class PreprocessFrameConfig:
     """Cropping and cleaning (Li et al. 2013, sec. 4.1)."""
 
     window: int = 200
@@ -64,7 +64,7 @@ def preprocess_frame(
     camera: Camera,
     around: Float[np.ndarray, "n 2"] | None,
     landmarks: Landmarks2D | None,
-    config: PreprocessConfig = PreprocessConfig(),
+    config: PreprocessFrameConfig = PreprocessFrameConfig(),
     photometric: PhotometricConfig = PhotometricConfig(weight=0.0),
 ) -> FrameObservation:
     """Crop to the pixels `around` the model (None: all the image), smooth the depth, turn landmarks to sight lines."""

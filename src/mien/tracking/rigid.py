@@ -21,12 +21,12 @@ class RigidConfig:
     """Rigid ICP."""
 
     reach: float = 25.0
-    """Correspondences farther than this are pruned, mm."""
+    """DepthCorrespondences farther than this are pruned, mm."""
     enough: float = 3.0
     """ICP ends when the mean distance of what is left is below this, mm. One step at least is made."""
     iterations: int = 12
     """After so many steps above `enough` the head is lost."""
-    agree: float = 0.3
+    least_cosine: float = 0.3
     """Least cosine between the model's and the depth's normal, and of the model's to the line of sight."""
     robust_scale_mm: float = 6.0
     """Residuals much above this lose weight, mm: what moves by itself does not turn the head. Large = plain."""
@@ -50,7 +50,7 @@ class RigidResult:
 
 
 @dataclass(frozen=True)
-class Correspondences:
+class DepthCorrespondences:
     """The front's vertices in camera space and the depth points that they fall on."""
 
     points: Float32[np.ndarray, "f 3"]
@@ -69,7 +69,7 @@ def correspond(
     T_camera_face: Transform,
     observation: FrameObservation,
     config: RigidConfig,
-) -> Correspondences:
+) -> DepthCorrespondences:
     """Project the front's vertices (face space, mm) into the depth image and prune.
 
     Args:
@@ -78,10 +78,10 @@ def correspond(
     points = track.place(vertices, T_camera_face.rotation, T_camera_face.translation)
     normals = track.place(normals, T_camera_face.rotation, np.zeros(3))
     found = icp.correspond(
-        points, normals, observation.depth, observation.intrinsics, np.float32(config.reach), np.float32(config.agree),
-        config.step,
+        points, normals, observation.depth, observation.intrinsics, np.float32(config.reach),
+        np.float32(config.least_cosine), config.step,
     )  # fmt: skip
-    return Correspondences(points, *found)
+    return DepthCorrespondences(points, *found)
 
 
 def align(

@@ -12,7 +12,7 @@ from ..solve import kalman as filters
 from ..transforms import Transform
 from .adaptive import Subspace, depth_offsets, feature_offsets, weighted_subspace
 from .detect import WrongScale, detect
-from .fit import FitResult, at_rest, fit_blendshapes
+from .fit import FitResult, first_frame_fit, fit_blendshapes
 from .landmark_bias import learn_baseline, learn_bias, subtract_baseline, subtract_bias
 from .model import TrackingModel
 from .photometric import learn_reference
@@ -46,7 +46,7 @@ def step(
     T_camera_face = find_head(context, frame, landmarks, state)
     if T_camera_face is None:
         return lost(context, state, frame)
-    observation = observe(context, frame, landmarks, state, T_camera_face)
+    observation = observed_frame(context, frame, landmarks, state, T_camera_face)
     rigid = rigid_motion(context, observation, state, T_camera_face)
     if not rigid.converged:
         return lost(context, state, frame)
@@ -68,7 +68,7 @@ def step(
         weights=filtered,
         learner=state.learner,
         correctives=learning.correctives,
-        bias=bias,
+        landmark_bias=bias,
         baseline=baseline,
         reference=reference,
         lost=False,
@@ -132,7 +132,7 @@ def lost(context: TrackerContext, state: TrackState, frame: RGBDFrame) -> tuple[
 def finite(state: TrackState) -> bool:
     """Whether the next frame can go on from here."""
     pose, weights = state.T_camera_face, state.weights
-    numbers = [pose.rotation, pose.translation, state.vertices, state.bias.moments, state.baseline.level]
+    numbers = [pose.rotation, pose.translation, state.vertices, state.landmark_bias.moments, state.baseline.level]
     numbers += [] if weights is None else [weights.mean, weights.covariance]
     return all(np.isfinite(part).all() for part in numbers)
 
@@ -147,7 +147,7 @@ def find_head(
 
 
 @timed("crop and smooth")
-def observe(
+def observed_frame(
     context: TrackerContext,
     frame: RGBDFrame,
     landmarks: Landmarks2D | None,
@@ -190,7 +190,8 @@ def remove_standing_errors(
     context: TrackerContext, observation: FrameObservation, state: TrackState, T_camera_face: Transform
 ) -> FrameObservation:
     """Take out what the landmarker always gets wrong about this face."""
-    corrected = subtract_bias(observation, state.bias, context.model, T_camera_face, context.config.bias)
+    config = context.config.landmark_bias
+    corrected = subtract_bias(observation, state.landmark_bias, context.model, T_camera_face, config)
     scores = None
     if state.baseline.count and observation.landmark_scores is not None:
         scores = subtract_baseline(observation.landmark_scores, state.baseline)
@@ -209,7 +210,7 @@ def initial_blendshapes(
     config = context.config
     last = None if state.lost else state.weights
     before = np.zeros(context.model.shapes) if last is None else np.clip(last.values, 0, 1)
-    fitting = at_rest(config.fit) if last is None else config.fit
+    fitting = first_frame_fit(config.fit) if last is None else config.fit
     fit = fit_blendshapes(
         context.model, observation, before, T_camera_face, fitting, config.rigid, state.reference
     )
@@ -233,7 +234,7 @@ def adaptive_space(
     normals = track.vertex_normals(v1, model.faces)
     match = correspond(v1, normals, T_camera_face, observation, config.rigid)
     offsets = depth_offsets(match, T_camera_face)
-    features = feature_offsets(model, v1, observation, T_camera_face, config.deform.reach)
+    features = feature_offsets(model, v1, observation, T_camera_face, config.deformation.reach)
     v2 = v1 + context.deformation.with_depth(offsets, features)
     displacement = v2 - model.neutral
     anchored = context.anchors.project(displacement)
@@ -248,7 +249,7 @@ def output_deformation(
     """Sec. 4.4: v4 = v3 + dv by the features alone."""
     if not context.config.output or observation.rays is None:
         return v3
-    reach = context.config.deform.reach
+    reach = context.config.deformation.reach
     features = feature_offsets(context.model, v3, observation, T_camera_face, reach, use_depth=False)
     return v3 + context.deformation.with_features(features)
 
@@ -293,8 +294,8 @@ def learn_standing_errors(
     context: TrackerContext, observation: FrameObservation, v3, fit: FitResult, state: TrackState
 ):
     """Compare what the landmarker saw and scored with the tracked face."""
-    config = context.config.bias
-    bias = learn_bias(state.bias, context.model, v3, observation, fit.T_camera_face, config)
+    config = context.config.landmark_bias
+    bias = learn_bias(state.landmark_bias, context.model, v3, observation, fit.T_camera_face, config)
     scores = observation.landmark_scores
     if scores is None:
         return bias, state.baseline

@@ -14,11 +14,11 @@ from ..solve.incremental_pca import IncrementalPca, IncrementalPcaConfig
 from ..solve.kalman import KalmanConfig, KalmanState
 from ..transforms import Transform
 from .adaptive import DeformConfig, LaplacianDeformation, Subspace, anchor_space
-from .fit import FitConfig
+from .fit import BlendshapeFitConfig
 from .landmark_bias import Bias, BiasConfig, ScoreBaseline, no_baseline, no_bias
 from .model import TrackingModel
 from .photometric import Reference, no_reference
-from .preprocess_frame import PreprocessConfig
+from .preprocess_frame import PreprocessFrameConfig
 from .reproject_weights import WeightReprojection
 from .rigid import RigidConfig
 
@@ -30,14 +30,14 @@ R = TypeVar("R")
 class TrackConfig:
     """The tracker. Every stage can be left out, to see what it is good for."""
 
-    preprocess: PreprocessConfig = field(default_factory=PreprocessConfig)
+    preprocess: PreprocessFrameConfig = field(default_factory=PreprocessFrameConfig)
     rigid: RigidConfig = field(default_factory=RigidConfig)
-    fit: FitConfig = field(default_factory=FitConfig)
+    fit: BlendshapeFitConfig = field(default_factory=BlendshapeFitConfig)
     kalman: KalmanConfig = field(default_factory=KalmanConfig)
-    deform: DeformConfig = field(default_factory=DeformConfig)
+    deformation: DeformConfig = field(default_factory=DeformConfig)
     pca: IncrementalPcaConfig = field(default_factory=lambda: IncrementalPcaConfig(warm_up=30))
     """The paper waits for a full buffer of 200 samples before the first update; 30 learn sooner."""
-    bias: BiasConfig = field(default_factory=BiasConfig)
+    landmark_bias: BiasConfig = field(default_factory=BiasConfig)
     smooth: bool = True
     """The Kalman filter on the coefficients."""
     damp_pose_mm: float = 0.3
@@ -108,7 +108,7 @@ def tracker_context(
         model=model,
         camera=camera,
         config=config,
-        deformation=LaplacianDeformation(model, config.deform),
+        deformation=LaplacianDeformation(model, config.deformation),
         anchors=anchor_space(model),
         reprojection=WeightReprojection(model),
         timer=timer,
@@ -127,7 +127,7 @@ class TrackState:
     learner: IncrementalPca
     """The correctives, in coordinates times the root of the share."""
     correctives: Subspace | None
-    bias: Bias
+    landmark_bias: Bias
     """Standing errors of the features."""
     baseline: ScoreBaseline
     """Standing errors of the landmarker's scores."""
@@ -174,7 +174,7 @@ def initial_state(context: TrackerContext) -> TrackState:
         weights=None,
         learner=IncrementalPca(model.neutral.size, config.pca),
         correctives=None,
-        bias=no_bias(config.bias),
+        landmark_bias=no_bias(config.landmark_bias),
         baseline=no_baseline(model.shapes),
         reference=no_reference(len(model.front), config.fit.photometric),
         lost=True,

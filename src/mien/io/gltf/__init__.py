@@ -23,8 +23,8 @@ from ...transforms import Transform, quaternions_from_rotations
 from ..meshes.polygons import weld
 from .animation import face_motion, weight_animation
 from .glb import ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER, Glb, GlbBuilder, damage_told, open_glb
-from .mesh import MM, Surface, linear_from_srgb, png_bytes, read_surface, split_seams
-from .scene import chain_of, morph_mesh_node, rest_matrix
+from .mesh import MM, PrimitiveSurface, linear_from_srgb, png_bytes, read_surface, split_seams
+from .scene import chain_of, default_matrix, morph_mesh_node
 from .shapes import shape_deltas, shape_names
 
 _NOTHING_MM = 1e-6
@@ -73,7 +73,7 @@ def read_rig(path: str | Path) -> Rig:
     glb = open_glb(path)
     with damage_told(glb.path):
         node, mesh = morph_mesh_node(glb)
-        rig = _rig(glb, mesh, rest_matrix(glb, chain_of(glb, node)))
+        rig = _rig(glb, mesh, default_matrix(glb, chain_of(glb, node)))
     return joined(rig, np.zeros((0, len(rig.names))))[0]
 
 
@@ -90,7 +90,7 @@ def read_performance(path: str | Path) -> Performance:
     with damage_told(glb.path):
         node, mesh = morph_mesh_node(glb)
         chain = chain_of(glb, node)
-        rest = rest_matrix(glb, chain)
+        rest = default_matrix(glb, chain)
         rig = _rig(glb, mesh, rest)
         weights, times, rate, animation = weight_animation(glb, chain, len(rig.names))
         motion = face_motion(glb, chain, animation, times, rest)
@@ -188,13 +188,13 @@ def _rig(glb: Glb, mesh: dict[str, Any], rest: Float[np.ndarray, "4 4"]) -> Rig:
 def source_of_vertices(glb: Glb, node: int | None) -> tuple[Int[np.ndarray, " s"], Float[np.ndarray, "4 4"]]:
     """For each glTF vertex of the face mesh its vertex in `read_rig`'s rig; and mesh -> scene at rest, metres."""
     _, mesh = morph_mesh_node(glb)
-    rest = rest_matrix(glb, chain_of(glb, node))
+    rest = default_matrix(glb, chain_of(glb, node))
     return _welded(glb, mesh, shape_names(glb, mesh), rest)[1], rest
 
 
 def _welded(
     glb: Glb, mesh: dict[str, Any], names: tuple[str, ...], rest: np.ndarray
-) -> tuple[Surface, np.ndarray, np.ndarray]:
+) -> tuple[PrimitiveSurface, np.ndarray, np.ndarray]:
     """The mesh's glTF vertices, which of them are one, and their displacements, metres in the scene."""
     parts = mesh["primitives"]
     surface = read_surface(glb, parts, [rest] * len(parts))

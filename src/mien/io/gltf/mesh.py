@@ -35,7 +35,7 @@ def split_seams(
 
 
 @dataclass(frozen=True)
-class Surface:
+class PrimitiveSurface:
     """Primitives as one list of glTF vertices, before those that are one point become one."""
 
     vertices: Float[np.ndarray, "s 3"]
@@ -65,7 +65,7 @@ class Surface:
         return mesh, first
 
 
-def read_surface(glb: Glb, parts: list[dict[str, Any]], matrices: list[np.ndarray]) -> Surface:
+def read_surface(glb: Glb, parts: list[dict[str, Any]], matrices: list[np.ndarray]) -> PrimitiveSurface:
     """Primitives, each with its 4x4 matrix to the scene, as one; the texture is that of the largest.
 
     Raises:
@@ -82,7 +82,7 @@ def read_surface(glb: Glb, parts: list[dict[str, Any]], matrices: list[np.ndarra
     colors = _gather(glb, parts, "COLOR_0")
     colors = _gather(glb, parts, "_COLOR") if colors is None else colors
     source = _gather(glb, parts, "_SOURCE") if len(parts) == 1 else None
-    return Surface(
+    return PrimitiveSurface(
         vertices=np.concatenate(vertices),
         faces=np.concatenate(faces),
         uv=None if uv is None else uv * (1, -1) + (0, 1),

@@ -40,7 +40,7 @@ def chain_of(glb: Glb, node: int | None) -> list[int]:
     return chain
 
 
-def rest_matrix(glb: Glb, chain: list[int]) -> Float[np.ndarray, "4 4"]:
+def default_matrix(glb: Glb, chain: list[int]) -> Float[np.ndarray, "4 4"]:
     """Mesh -> scene, metres, with no animation."""
     whole = np.eye(4)
     for n in chain:
@@ -78,7 +78,7 @@ def drawn_parts(glb: Glb) -> list[tuple[dict[str, Any], Float[np.ndarray, "4 4"]
     found = []
     for n, node in enumerate(glb.json.get("nodes", [])):
         if "mesh" in node:
-            matrix = rest_matrix(glb, chain_of(glb, n))
+            matrix = default_matrix(glb, chain_of(glb, n))
             parts = glb.json["meshes"][node["mesh"]]["primitives"]
             found += [(part, matrix) for part in parts if part.get("mode", 4) == 4]
     return found

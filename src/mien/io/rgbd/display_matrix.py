@@ -10,7 +10,7 @@ _ONE = 1 << 16
 """Fixed point of the matrix' first two columns."""
 
 
-def upright(frame: "av.VideoFrame") -> UInt8[np.ndarray, "h w 3"]:
+def shown_upright(frame: "av.VideoFrame") -> UInt8[np.ndarray, "h w 3"]:
     """A decoded frame as sRGB, turned and mirrored as its display matrix says."""
     return turned(frame.to_ndarray(format="rgb24"), matrix_of(frame))
 

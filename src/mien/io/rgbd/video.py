@@ -7,7 +7,7 @@ import av
 
 from ...depth import RGBDFrame
 from ...errors import BadInput
-from .display_matrix import upright
+from .display_matrix import shown_upright
 from .intrinsics import assumed_camera
 from .take import RgbdTake
 
@@ -32,7 +32,7 @@ def read_video(path: Path, focal: float | None = None) -> RgbdTake:
         raise BadInput(f"{path}: no video that can be read ({error})") from error
     if first is None:
         raise BadInput(f"{path}: no video that can be read (it holds no frame)")
-    height, width = upright(first).shape[:2]
+    height, width = shown_upright(first).shape[:2]
     notes = () if height == first.height else (f"{path.name}: filmed sideways; turned upright, as it says",)
     camera = assumed_camera(width, height, focal)
 
@@ -49,7 +49,7 @@ def _frames(path: Path, rate: float) -> Iterator[RGBDFrame]:
             for frame in container.decode(video=0):
                 seen = frame.time if frame.time is not None else done / rate
                 start = seen if start is None else start
-                yield RGBDFrame(upright(frame), None, float(seen - start))
+                yield RGBDFrame(shown_upright(frame), None, float(seen - start))
                 done += 1
     except (av.FFmpegError, OSError) as error:
         raise BadInput(f"{path}: breaks off after frame {done - 1} ({error})") from error

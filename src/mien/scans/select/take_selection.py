@@ -12,7 +12,7 @@ from ...errors import BadInput
 from ...files import existing, whole
 from ...one_line import one_line
 from ...progress import SILENT, Progress
-from ...takes.preprocess import PreprocessConfig, preprocess_take
+from ...takes.preprocess import PreprocessTakeConfig, preprocess_take
 from .marker_reduction import MarkerStudy
 from .select_frames import SelectConfig, Selection, select_frames
 
@@ -21,7 +21,7 @@ from .select_frames import SelectConfig, Selection, select_frames
 class SelectTakeConfig:
     """Everything that `mien select` may be told."""
 
-    preprocess: PreprocessConfig = PreprocessConfig()
+    preprocess: PreprocessTakeConfig = PreprocessTakeConfig()
     select: SelectConfig = SelectConfig()
 
 

@@ -99,7 +99,7 @@ class Skin:
         height = patch.pores * np.clip(1 + patch.smooth @ area, 0.5, 1.5)
         for pattern, gauge, (here, smooth, relief) in zip(self.patterns, self.gauges, patch.spots, strict=True):
             compression = smooth @ gauge.compression(coarse[None])[0]
-            amount = pattern.rest + (1 - pattern.rest) * buckling(compression, pattern.threshold)
+            amount = pattern.permanent + (1 - pattern.permanent) * buckling(compression, pattern.threshold)
             height[here] += pattern.depth * amount * relief
         return height
 

@@ -38,7 +38,7 @@ class Pattern:
     """Compression at which the skin buckles."""
     depth: float
     """Largest amplitude, mm."""
-    rest: float
+    permanent: float
     """Share of it that is always there."""
 
 

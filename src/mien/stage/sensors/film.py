@@ -132,7 +132,7 @@ class _Stage:
         hits = depth_image(scene, camera, still)
         depth = record(self._seen(scene, hits), config.sensor, rng)
         if config.distortion:
-            picture, depth = (bent(image, camera, config.distortion) for image in (picture, depth))
+            picture, depth = (lens_distorted(image, camera, config.distortion) for image in (picture, depth))
         return RGBDFrame(_noisy(picture, config.colour_noise, rng), depth, time)
 
     def _exposed(self, time: float) -> UInt8[np.ndarray, "h w 3"]:
@@ -204,7 +204,7 @@ class _Stage:
         return lit
 
 
-def bent(image: np.ndarray, camera: Camera, k1: float) -> np.ndarray:
+def lens_distorted(image: np.ndarray, camera: Camera, k1: float) -> np.ndarray:
     """The image as a lens of radial distortion `k1` gives it, after Brown: r' = r (1 + k1 r^2), r in focal lengths.
 
     Nearest pixels, so that depths are not mixed.

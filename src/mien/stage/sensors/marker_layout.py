@@ -22,7 +22,7 @@ PAIRED = (
 
 
 @dataclass(frozen=True)
-class Layout:
+class MarkerLayout:
     """Markers on a performer's skin."""
 
     attachment: Attachment
@@ -31,7 +31,7 @@ class Layout:
     """`M000` and so on, from the forehead down: they say nothing about places."""
 
 
-def marker_layout(actor: Performer | Skin, count: int, seed: int = 0) -> Layout:
+def marker_layout(actor: Performer | Skin, count: int, seed: int = 0) -> MarkerLayout:
     """`count` markers in mirrored pairs, glued by hand: some millimetres off symmetry.
 
     Farthest-point sampling of random points on the face, distances stretched where the face moves most. On a `Skin`
@@ -48,7 +48,7 @@ def marker_layout(actor: Performer | Skin, count: int, seed: int = 0) -> Layout:
     glued = _farthest(points, crowding, first, count) + rng.normal(size=(count, 3)) * min(1.0, 8.0 / np.sqrt(count))
     order = np.argsort(-glued[:, 1])
     found = ClosestPoint(actor.neutral).query(glued[order])
-    return Layout(found.attachment(), tuple(f"M{i:03d}" for i in range(count)))
+    return MarkerLayout(found.attachment(), tuple(f"M{i:03d}" for i in range(count)))
 
 
 def _candidates(performer: Performer, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

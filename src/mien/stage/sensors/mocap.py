@@ -13,7 +13,7 @@ from ..people.performer import Performer
 from ..people.skin import Skin
 from ..script.script import smooth
 from ..truth import Truth
-from .marker_layout import Layout
+from .marker_layout import MarkerLayout
 
 SPAN = 512
 """Frames of markers worked on at a time."""
@@ -81,7 +81,7 @@ def perform(
     actor: Performer | Skin,
     weights: Float[np.ndarray, "frames shapes"],
     rate: float,
-    layout: Layout,
+    layout: MarkerLayout,
     config: MocapConfig | None = None,
     seed: int = 0,
 ) -> StagedTake:
@@ -97,7 +97,7 @@ def perform(
     k = len(layout.attachment.faces)
     base = rng.uniform(*config.standoff)
     standoff = np.maximum(base + config.standoff_sd * rng.normal(size=k), 0.0) * (base > 0)
-    clean = T_lab_face.apply(carried(actor, weights, layout.attachment, standoff))
+    clean = T_lab_face.apply(markers_on_skin(actor, weights, layout.attachment, standoff))
     positions = with_faults(clean, rate, config, rng)
     truth = Truth(actor, weights, T_lab_face, rate, layout.attachment, standoff, clean)
     extra = stray_trajectories(clean, rate, config.unlabelled, rng)
@@ -105,7 +105,7 @@ def perform(
     return StagedTake(Markers(np.concatenate([positions, extra], axis=1), labels, rate), truth)
 
 
-def _check(actor: Performer | Skin, weights: np.ndarray, layout: Layout, config: MocapConfig) -> None:
+def _check(actor: Performer | Skin, weights: np.ndarray, layout: MarkerLayout, config: MocapConfig) -> None:
     if weights.shape[1] != len(actor.names):
         raise BadInput(f"weights: expected {len(actor.names)} a frame, one a unit, got {weights.shape[1]}")
     if not 0 <= config.dropouts < 1:
@@ -116,7 +116,7 @@ def _check(actor: Performer | Skin, weights: np.ndarray, layout: Layout, config:
         raise BadInput(f"lost: expected at most {len(layout.labels)}, the number of markers, got {config.lost}")
 
 
-def carried(
+def markers_on_skin(
     actor: Performer | Skin,
     weights: Float[np.ndarray, "frames shapes"],
     attachment: Attachment,

@@ -44,7 +44,7 @@ class ScanConfig:
     """Standard deviation of the scanner frame's rotation against face space, radians a component. 0: aligned."""
     shift: float = 40.0
     """Standard deviation of the frame's offset, mm a coordinate."""
-    performed: float = 0.5
+    performance_sigma: float = 0.5
     """Mean distance of the performed expression from the one that was asked for, over the face, mm. 0: the same."""
     noise_varies: float = 0.0
     """Standard deviation of the logarithm of one scan's noise. 0: all scans alike."""
@@ -117,7 +117,7 @@ def scan(
     if not 500 <= config.vertices <= 2_000_000:
         raise BadInput(f"vertices: expected 500 to 2,000,000, got {config.vertices}")
     rng = np.random.default_rng([seed, 8])
-    performed = perform_nearly(actor, weights, config.performed, rng)
+    performed = perform_nearly(actor, weights, config.performance_sigma, rng)
     mesh = actor.mesh(performed)
     grid, material = _sweep(actor, mesh, config, rng)
     faces = _triangulate(grid, config, rng)

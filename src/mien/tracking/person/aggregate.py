@@ -91,7 +91,7 @@ class Aggregate:
     """In the space of `T_camera_face` of the first frame, mm."""
     T_camera_face: tuple[Transform | None, ...]
     """One a frame; None where the frame could not be aligned."""
-    spread: float
+    frame_distance: float
     """Mean distance of the frames from the scan after alignment, mm."""
 
 

@@ -12,7 +12,7 @@ from ...camera import Camera
 from ...depth import RGBDFrame
 from ...errors import BadInput
 from ...faces.bundled import BundledFace, load_face
-from ...fitting.neutral import NeutralConfig, NeutralResult, fit_neutral
+from ...fitting.neutral import NeutralFitConfig, NeutralResult, fit_neutral
 from ...io.rgbd import RgbdTake
 from ...landmarks.detector import FaceLandmarker, Landmarks2D
 from ...landmarks.in_depth import lifted
@@ -52,7 +52,7 @@ class PersonalizeConfig:
     shapes: Literal["arkit", "facs23"] = "arkit"
     """All 52 expressions, or the paper's 23 (`mien.rig.transfer.FACS23`)."""
     aggregate: AggregateConfig = field(default_factory=AggregateConfig)
-    neutral: NeutralConfig = field(default_factory=NeutralConfig)
+    neutral: NeutralFitConfig = field(default_factory=NeutralFitConfig)
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Personal:
     scan: Mesh
     """The merged depth, in face space, mm."""
     neutral: NeutralResult
-    spread: float
+    frame_distance: float
     """Mean distance of the frames from the merged scan, mm."""
     merged: int
     """Frames that went into the scan."""
@@ -113,7 +113,7 @@ def personalize(
         landmarks=landmarks,
         scan=scanned.scan.with_vertices(home.apply(scanned.scan.vertices)),
         neutral=neutral,
-        spread=scanned.spread,
+        frame_distance=scanned.frame_distance,
         merged=sum(pose is not None for pose in scanned.T_camera_face),
     )
 

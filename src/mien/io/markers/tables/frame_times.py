@@ -107,7 +107,7 @@ def rate_of(times: Float[np.ndarray, " rows"], frames: Int[np.ndarray, " rows"])
     return whole if misfit_whole <= 1.5 * misfit + 1e-9 else rate
 
 
-def spread(
+def at_frames(
     rows: Float[np.ndarray, "rows markers 3"], frames: Int[np.ndarray, " rows"]
 ) -> Float[np.ndarray, "frames markers 3"]:
     """Rows at their places; NaN in frames that have none."""

@@ -8,7 +8,7 @@ from jaxtyping import Float
 from ....errors import BadInput
 from ..marker_file import RawTake
 from .delimited_table import DelimitedTable
-from .frame_times import place_rows, spread
+from .frame_times import at_frames, place_rows
 from .table_header import AXES, FRAME, LABEL, TIME
 
 
@@ -35,7 +35,7 @@ def read_long(table: DelimitedTable) -> RawTake:
     first_times = None if times is None else times[first]
     frames, rate, time_lines = place_rows(table, None if frame_column is None else moments, first_times)
     return RawTake(
-        positions=spread(positions, frames),
+        positions=at_frames(positions, frames),
         labels=tuple(labels),
         rate=rate,
         mm=table.unit(axes),

@@ -8,7 +8,7 @@ from jaxtyping import Int
 from ....errors import BadInput
 from ..marker_file import RawTake
 from .delimited_table import DelimitedTable
-from .frame_times import place_rows, repeated_rows, spread
+from .frame_times import at_frames, place_rows, repeated_rows
 from .table_header import FRAME, TIME, MarkerColumns, marker_columns
 
 
@@ -45,7 +45,7 @@ def take_of(
     others = [i for i, name in enumerate(table.columns) if name and i not in {*columns, *clock}]
     noted = [] if ignored is None else [i for i in others if table.columns[i].lower() not in ignored]
     return RawTake(
-        positions=spread(values, frames),
+        positions=at_frames(values, frames),
         labels=tuple(label for label, _ in markers),
         rate=rate or found_rate,
         mm=mm or table.unit(columns),

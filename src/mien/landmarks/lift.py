@@ -21,7 +21,7 @@ class Landmarks3D:
 
     points: Float[np.ndarray, "478 3"]
     """In the scan's own frame and unit; NaN where no view had surface under the landmark."""
-    spread: Float[np.ndarray, " 478"]
+    disagreement: Float[np.ndarray, " 478"]
     """How far the views disagree (median distance from their median), mm; NaN where there is no point."""
     T_face_scan: Transform
     """Similarity: the scan's frame and unit -> face space, mm."""
@@ -74,8 +74,8 @@ def _landmarks(scan: Scan, landmarker: FaceLandmarker, config: LiftConfig) -> La
         name = scan_name(scan)
         raise BadInput(f"{name}: the face was lost on a closer look; crop the scan to the head and try again")
     T_face_scan, unit, misfit = _with_unit(seen.points, seen.T_face_scan, config)
-    spread = seen.spread * T_face_scan.scale
-    return Landmarks3D(seen.points, spread, T_face_scan, unit, seen.scores, misfit, seen.inside_out)
+    disagreement = seen.disagreement * T_face_scan.scale
+    return Landmarks3D(seen.points, disagreement, T_face_scan, unit, seen.scores, misfit, seen.inside_out)
 
 
 def _plausible(found: Landmarks3D) -> bool:
@@ -94,18 +94,18 @@ def _half(scan: Scan, landmarker: FaceLandmarker, config: LiftConfig) -> Landmar
         if abs(across[0]) > SIDEWAYS and found.unit != "unknown":
             own = plane.height(np.nan_to_num(found.points)) >= 0
             points = np.where(own[:, None], found.points, np.nan)
-            return replace(found, points=points, spread=np.where(own, found.spread, np.nan))
+            return replace(found, points=points, disagreement=np.where(own, found.disagreement, np.nan))
     return None
 
 
 def landmarks_near(
     scan: Scan, T_face_scan: Transform, config: LiftConfig | None = None
 ) -> tuple[Float[np.ndarray, "478 3"], Float[np.ndarray, " 478"]] | None:
-    """Landmarks of a scan in a known pose: (points, spread) as in `Landmarks3D`; None where no view shows a face."""
+    """Landmarks of a scan in a known pose, and their disagreement (`Landmarks3D`); None where no view shows a face."""
     config = config or LiftConfig()
     with FaceLandmarker(faces=3, confidence=0.4) as landmarker:
         seen = look(scan, T_face_scan, config.views, landmarker, config)
-    return None if seen is None else (seen.points, seen.spread * T_face_scan.scale)
+    return None if seen is None else (seen.points, seen.disagreement * T_face_scan.scale)
 
 
 def _with_unit(points: np.ndarray, T_face_scan: Transform, config: LiftConfig) -> tuple[Transform, str, float]:
