@@ -10,7 +10,7 @@ from mien.mesh import Mesh, Scan, submesh
 from mien.transforms import Transform, rotation_from_vector
 
 pytestmark = needs_model
-QUICK = LiftConfig(sweep_pixels=256, pixels=400, views=((0.0, 0.0), (-0.25, 0.0), (0.25, 0.0)))
+QUICK = LiftConfig(zooms=(), sweep_pixels=256, pixels=400, views=((0.0, 0.0), (-0.25, 0.0), (0.25, 0.0)))
 
 
 def somebody() -> Mesh:

@@ -14,7 +14,7 @@ from ..io.meshes import SUFFIXES as MESHES
 from ..io.meshes import read_scan
 from ..io.meshes.images import read_image
 from ..io.rgbd import read_rgbd
-from ..landmarks.on_scan import lift_landmarks
+from ..landmarks.lift import lift_landmarks
 from ..landmarks.stream import Landmarker
 from ..mesh import Mesh, Scan
 from ..progress import SILENT, Progress
