@@ -4,7 +4,8 @@ import numpy as np
 
 from marker_stage import held, region
 from mien.faces import load_face
-from mien.fitting.marker_identity import IdentityConfig, fit_identity, person, surface_points
+from mien.fitting.marker_identity import IdentityConfig, fit_identity, person
+from mien.fitting.terms import surface_points
 from mien.transforms import Transform
 
 

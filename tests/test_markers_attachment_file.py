@@ -5,13 +5,14 @@ import pytest
 
 from marker_stage import held
 from mien.errors import BadInput
-from mien.markers.attachment_file import read_attachment, write_attachment
+from mien.markers.attachment_file import labels_off_face, read_attachment, write_attachment
 
 
 def test_placements_come_back_as_written(tmp_path):
     places = held()
     labels = tuple(f"m{i}" for i in range(60))
-    write_attachment(tmp_path / "a.json", labels, places)
+    write_attachment(tmp_path / "a.json", labels, places, off_face=("cap1",))
+    assert labels_off_face(tmp_path / "a.json") == ("cap1",)
     back = read_attachment(tmp_path / "a.json", labels[::-1], 100_000)
     np.testing.assert_array_equal(back.faces, places.faces[::-1])
     np.testing.assert_allclose(back.barycentric, places.barycentric, atol=1e-5)

@@ -8,7 +8,8 @@ import pytest
 from marker_stage import held, region
 from mien.errors import BadInput
 from mien.faces import load_face
-from mien.fitting.marker_identity import fit_identity, surface_points
+from mien.fitting.marker_identity import fit_identity
+from mien.fitting.terms import surface_points
 from mien.markers.neutral import FindNeutralConfig, Neutral, added_share, find_neutral
 from mien.register import procrustes
 from mien.takes.frame_solve import SolveConfig

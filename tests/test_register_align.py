@@ -4,7 +4,8 @@ import numpy as np
 
 from marker_stage import held, region
 from mien.faces import load_face
-from mien.fitting.marker_identity import fit_identity, on_closest, person, surface_points
+from mien.fitting.marker_identity import fit_identity, on_closest, person
+from mien.fitting.terms import surface_points
 from mien.mesh import ClosestPoint, submesh, vertex_normals
 from mien.register import procrustes
 from mien.register.align import align, starts

@@ -88,3 +88,10 @@ def test_a_body_without_a_face_is_refused():
 def test_a_rate_that_is_none_is_refused():
     with pytest.raises(BadInput, match="rate"):
         find_face(replace(take({"f": face()}), rate=float("nan")))
+
+
+def test_a_rigid_body_on_a_helmet_stays_with_the_face_it_moves_with():
+    helmet = np.array([[x, y, z] for x in (-30.0, 30) for y in (110.0, 170, 230) for z in (-210.0, -140, -70, 0)])
+    T = motion(FRAMES, 0, angle=0.15)
+    found = find_face(take({"f": face(), "h": T.apply(np.repeat(helmet[None], FRAMES, axis=0)) + PLACE}))
+    assert len(found.kept) == 54

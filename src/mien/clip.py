@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from .one_line import count, one_line
 
@@ -41,6 +41,10 @@ class Markers:
     def seen(self) -> Bool[np.ndarray, "frames markers"]:
         """Where there is a position."""
         return visible(self.positions)
+
+    def only(self, which: Int[np.ndarray, " k"]) -> "Markers":
+        """Some of the markers, by number."""
+        return replace(self, positions=self.positions[:, which], labels=tuple(self.labels[i] for i in which.tolist()))
 
     def with_positions(self, positions: Float[np.ndarray, "frames markers 3"]) -> "Markers":
         """The same markers, moved."""

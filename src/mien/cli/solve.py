@@ -70,16 +70,17 @@ def solve(
         return
     face = read_face(rig)
     found = find_face(file.markers, config.face)
-    by_hand = read_placement(attach, found.markers, face)
-    told = config if neutral is None else with_neutral(config, neutral, found.markers.rate)
+    worn, by_hand = read_placement(attach, found.markers, face)
+    told = config if neutral is None else with_neutral(config, neutral, worn.rate)
     with bar() as progress:
-        solved = solve_take(found.markers, face, by_hand, told, progress)
+        solved = solve_take(worn, face, by_hand, told, progress)
         image = preview(solved, progress=progress)
     notes = [*file.warnings, *found.lines]
     page = take_report(take.name, solved, image, notes)
     write_results(output, solved.performance, named, image, page)
     if save_attach:
-        write_attachment(save_attach, solved.markers.labels, solved.calibration.attachment)
+        off_face = tuple(label for label in worn.labels if label not in solved.markers.labels)
+        write_attachment(save_attach, solved.markers.labels, solved.calibration.attachment, off_face)
     for line in [*notes, *solved.lines, summary(solved)]:
         print(line)
 

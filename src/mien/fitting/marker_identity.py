@@ -6,8 +6,10 @@ import numpy as np
 from jaxtyping import Float
 
 from ..faces.bundled import BundledFace
-from ..mesh import Attachment, ClosestPoint, Mesh, submesh, vertex_normals
-from ..transforms import Transform, rotation_from_vector, skew
+from ..mesh import Attachment, Mesh
+from ..transforms import Transform
+from .morphable import FaceFitConfig, FaceState, fit_face, identity_model
+from .terms import MarkerTerm, closest_below, surface_points
 
 
 @dataclass(frozen=True)
@@ -24,6 +26,8 @@ class IdentityConfig:
     """Expected distance from the skin to a marker's centre, mm."""
     standoff_deviation_mm: float = 1.0
     """How far the take's common stand-off may differ from that, mm."""
+    fade_mm: float = np.inf
+    """A marker this far from the skin counts a quarter; inf: all are on it."""
 
 
 @dataclass(frozen=True)
@@ -58,28 +62,24 @@ def fit_identity(
     With `attachment` None the markers take their closest points on the triangles of `region`, and are free to slide;
     with one given they are held to it.
     """
-    modes = face.identity.modes
-    coefficients = np.zeros(len(modes)) if start is None else start
-    T = _recentred(T_face_head, cloud)
-    standoff = config.standoff_mm
-    given = attachment
-    slides = np.geomspace(*config.slide_mm, config.rounds)
-    for slide in slides:
-        neutral = person(face, coefficients)
-        held = given if given is not None else _closest(neutral, region, T.apply(cloud), standoff)
-        step = _least_squares(neutral, face, held, T.apply(cloud), coefficients, standoff, slide, config)
-        coefficients, standoff, increment = step
-        T = increment @ T
-    neutral = person(face, coefficients)
-    held = given if given is not None else _closest(neutral, region, T.apply(cloud), standoff)
+    model = identity_model(face)
+    begin = np.zeros(len(model.modes)) if start is None else start
+    slides = np.geomspace(*config.slide_mm, config.rounds).tolist()
+    term = MarkerTerm(cloud, region, attachment, None, config.noise_mm, slides, config.fade_mm)
+    fitting = FaceFitConfig(config.rounds, True, config.standoff_mm, config.standoff_deviation_mm)
+    state = FaceState(begin, _recentred(T_face_head, cloud).inverse(), config.standoff_mm)
+    fit = fit_face(model, {"markers": term}, fitting, state)
+    neutral = person(face, fit.state.coefficients)
+    T, standoff = fit.state.T_target_model.inverse(), fit.state.standoff
+    held = term.held(neutral, fit.state)
     residuals = np.linalg.norm(T.apply(cloud) - surface_points(neutral, held, standoff), axis=1)
-    return IdentityFit(coefficients, neutral, T, held, float(standoff), residuals)
+    return IdentityFit(fit.state.coefficients, neutral, T, held, standoff, residuals)
 
 
 def on_closest(fit: IdentityFit, cloud: Float[np.ndarray, "markers 3"], region: np.ndarray) -> IdentityFit:
     """The same person and pose with every marker at its closest point: neighbours keep their true distances."""
     points = fit.T_face_head.apply(cloud)
-    held = _closest(fit.neutral, region, points, fit.standoff_mm)
+    held = closest_below(fit.neutral, region, points, fit.standoff_mm)
     residuals = np.linalg.norm(points - surface_points(fit.neutral, held, fit.standoff_mm), axis=1)
     return replace(fit, attachment=held, residuals=residuals)
 
@@ -90,50 +90,7 @@ def person(face: BundledFace, coefficients: Float[np.ndarray, " modes"]) -> Mesh
     return mean.with_vertices(mean.vertices + np.tensordot(coefficients, face.identity.modes, axes=1))
 
 
-def surface_points(mesh: Mesh, attachment: Attachment, standoff: float | np.ndarray) -> Float[np.ndarray, "p 3"]:
-    """Attached points lifted off the skin along the normal, mm."""
-    return attachment.points(mesh) + np.asarray(standoff)[..., None] * _normals(mesh, attachment)
-
-
 def _recentred(T: Transform, cloud: np.ndarray) -> Transform:
     """A similarity's rotation with the translation that keeps the cloud's centre where the similarity put it."""
     centre = cloud.mean(axis=0)
     return Transform(T.rotation, T.apply(centre[None])[0] - T.rotation @ centre)
-
-
-def _normals(mesh: Mesh, attachment: Attachment) -> np.ndarray:
-    normals = vertex_normals(mesh.vertices, mesh.faces)[mesh.faces[attachment.faces]]
-    normals = np.einsum("pc,pcd->pd", attachment.barycentric, normals)
-    return normals / np.linalg.norm(normals, axis=1, keepdims=True)
-
-
-def _closest(neutral: Mesh, region: np.ndarray, points: np.ndarray, standoff: float) -> Attachment:
-    """Closest points on the region, seen from the surface that the marker centres lie on."""
-    lifted = neutral.vertices + standoff * vertex_normals(neutral.vertices, neutral.faces)
-    part, _ = submesh(neutral.with_vertices(lifted), region)
-    found = ClosestPoint(part).query(points).attachment()
-    return Attachment(region[found.faces], found.barycentric)
-
-
-def _least_squares(neutral, face, held, points, coefficients, standoff, slide, config):
-    """One linear solve for identity, stand-off and pose increment; sliding along the skin is cheap, leaving it dear."""
-    normals = _normals(neutral, held)
-    corners = face.identity.modes[:, neutral.faces[held.faces]]
-    modes = np.einsum("pk,cpkd->pdc", held.barycentric, corners)
-    model = surface_points(neutral, held, standoff)
-    shift = np.broadcast_to(np.eye(3), (len(model), 3, 3))
-    columns = np.concatenate([modes, normals[..., None], skew(model), -shift], axis=2)
-    along = normals[:, :, None] * normals[:, None, :]
-    variance_out = config.noise_mm**2
-    metric = along / variance_out + (np.eye(3) - along) / (variance_out + slide**2)
-    weighted = np.einsum("pab,pbc->pac", metric, columns)
-    gram = np.einsum("pac,pad->cd", columns, weighted)
-    right = np.einsum("pac,pa->c", weighted, points - model)
-    c = len(coefficients)
-    gram[:c, :c] += np.eye(c)
-    right[:c] -= coefficients
-    gram[c, c] += 1 / config.standoff_deviation_mm**2
-    right[c] += (config.standoff_mm - standoff) / config.standoff_deviation_mm**2
-    x = np.linalg.solve(gram + 1e-9 * np.eye(len(gram)), right)
-    increment = Transform(rotation_from_vector(x[c + 1 : c + 4]), x[c + 4 :])
-    return coefficients + x[:c], standoff + x[c], increment

@@ -199,9 +199,12 @@ def _box_step(gram, linear, model: MorphableModel, state: FaceState, config: Fac
     low = np.r_[np.full(POSE, -np.inf), model.lower - state.coefficients, -np.inf][free]
     high = np.r_[np.full(POSE, np.inf), model.upper - state.coefficients, np.inf][free]
     size = np.sqrt(np.diag(gram))
-    found = box_least_squares(gram / np.outer(size, size), (linear / size)[None], low * size, high * size)
+    scaled, right = gram / np.outer(size, size), linear / size
     step = np.zeros(u)
-    step[free] = found.values[0] / size
+    if np.isinf(low).all() and np.isinf(high).all():
+        step[free] = np.linalg.solve(scaled, right) / size
+    else:
+        step[free] = box_least_squares(scaled, right[None], low * size, high * size).values[0] / size
     return step
 
 

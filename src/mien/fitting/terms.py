@@ -183,6 +183,8 @@ class MarkerTerm:
     """What the identity space cannot tell, plus jitter, mm."""
     slide_mm: Sequence[float] = (12.0, 4.0)
     """How far a marker is free to slide along the skin, mm, round by round: closest points are no true ones."""
+    fade_mm: float = np.inf
+    """A marker so far from its place counts a quarter; inf: all count alike."""
 
     def rows(self, model: MorphableModel, state: FaceState, round: int) -> Rows:
         """Three rows a marker: leaving the skin is dear, sliding along it cheap."""
@@ -196,9 +198,12 @@ class MarkerTerm:
         along = n[:, :, None] * n[:, None, :]
         loose = np.hypot(self.noise_mm, scheduled(self.slide_mm, round))
         root = along / self.noise_mm + (np.eye(3) - along) / loose
+        missing = self.cloud - placed
+        weights = fading(np.linalg.norm(missing, axis=1), self.fade_mm)
         if self.weights is not None:
-            root = np.sqrt(self.weights)[:, None, None] * root
-        residual = np.einsum("pab,pb->pa", root, self.cloud - placed)
+            weights = weights * self.weights
+        root = np.sqrt(weights)[:, None, None] * root
+        residual = np.einsum("pab,pb->pa", root, missing)
         return Rows(residual.ravel(), np.einsum("pab,pbu->pau", root, jacobian).reshape(3 * len(n), -1))
 
     def held(self, mesh: Mesh, state: FaceState) -> Attachment:

@@ -19,12 +19,7 @@ def read_attachment(path: str | Path, labels: tuple[str, ...], faces: int) -> At
     Raises:
         BadInput: no such file, not JSON, a marker without an entry, a triangle or weights that cannot be.
     """
-    try:
-        entries = json.loads(existing(path).read_text())
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
-        raise BadInput(f"{path}: not a JSON file ({error})") from None
-    if not isinstance(entries, dict):
-        raise BadInput(f'{path}: expected {{"LABEL": {{"face": N, "barycentric": [a, b, c]}}, ...}}')
+    entries = _entries(path)
     missing = [label for label in labels if label not in entries]
     if missing:
         raise BadInput(f"{path}: no place given for {', '.join(missing[:5])}; every marker of the take needs one")
@@ -44,11 +39,29 @@ def read_attachment(path: str | Path, labels: tuple[str, ...], faces: int) -> At
     return Attachment(np.array(triangles, dtype=np.int64), np.array(weights))
 
 
-def write_attachment(path: str | Path, labels: tuple[str, ...], attachment: Attachment) -> None:
-    """The file that `read_attachment` reads."""
-    entries = {
+def labels_off_face(path: str | Path) -> tuple[str, ...]:
+    """Markers that the file says are worn off the face: their entry is `null`."""
+    return tuple(label for label, entry in _entries(path).items() if entry is None)
+
+
+def write_attachment(
+    path: str | Path, labels: tuple[str, ...], attachment: Attachment, off_face: tuple[str, ...] = ()
+) -> None:
+    """The file that `read_attachment` reads; markers worn off the face are `null`."""
+    entries = dict.fromkeys(off_face) | {
         label: {"face": int(face), "barycentric": [round(float(w), 6) for w in weights]}
         for label, face, weights in zip(labels, attachment.faces, attachment.barycentric, strict=True)
     }
     with whole(path) as temporary:
         temporary.write_text(json.dumps(entries, indent=1) + "\n")
+
+
+def _entries(path: str | Path) -> dict:
+    """The file as it stands: an entry a label."""
+    try:
+        entries = json.loads(existing(path).read_text())
+    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        raise BadInput(f"{path}: not a JSON file ({error})") from None
+    if not isinstance(entries, dict):
+        raise BadInput(f'{path}: expected {{"LABEL": {{"face": N, "barycentric": [a, b, c]}}, ...}}')
+    return entries

@@ -1,4 +1,4 @@
-"""What the marker commands need from files: a face to solve on, and markers read_placement by hand."""
+"""What the marker commands need from files: a face to solve on, and markers placed by hand."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -11,7 +11,7 @@ from ..faces import BundledFace, IdentitySpace, load_face
 from ..io.rigs import read_any_rig
 from ..mesh import Attachment
 from ..rig import Rig
-from .attachment_file import read_attachment
+from .attachment_file import labels_off_face, read_attachment
 from .pipeline import TakeConfig
 
 
@@ -48,6 +48,10 @@ def with_neutral(config: TakeConfig, told: str, rate: float) -> TakeConfig:
     return replace(config, calibrate=replace(config.calibrate, neutral=neutral))
 
 
-def read_placement(path: Path | None, markers: Markers, face: BundledFace) -> Attachment | None:
-    """The attachment of `--attach`, or None."""
-    return None if path is None else read_attachment(path, markers.labels, len(face.rig.neutral.faces))
+def read_placement(path: Path | None, markers: Markers, face: BundledFace) -> tuple[Markers, Attachment | None]:
+    """The take's markers and the attachment of `--attach`, or None; markers it puts off the face are left out."""
+    if path is None:
+        return markers, None
+    off = labels_off_face(path)
+    here = markers.only(np.array([i for i, label in enumerate(markers.labels) if label not in off], dtype=np.int64))
+    return here, read_attachment(path, here.labels, len(face.rig.neutral.faces))

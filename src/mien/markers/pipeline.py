@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from ..clip import Markers
 from ..faces.bundled import BundledFace
@@ -12,7 +12,7 @@ from ..one_line import one_line
 from ..progress import SILENT, Progress
 from ..rig import Performance, Rig
 from ..takes.depth_reliability import DepthConfig, depth_metric
-from ..takes.face_cluster import FaceClusterConfig, FaceMarkers, find_face
+from ..takes.face_cluster import FaceClusterConfig, FaceMarkers, find_face, named_markers
 from ..takes.frame_solve import FrameSolve, SolveConfig, solve_frames
 from ..takes.gaps import GapConfig, fill_gaps
 from ..takes.marker_model import marker_model
@@ -94,6 +94,8 @@ def solve_take(
     else:
         here = Attachment(attachment.faces[found.kept], attachment.barycentric[found.kept])
         calibration = calibrate_by_hand(positions, face, here, depth.metric, config.calibrate)
+    on_face = cleaned.markers.only(calibration.kept)
+    positions = positions[:, calibration.kept]
     start = stabilised.T_lab_head @ calibration.T_face_head.inverse()
     lab = stabilised.T_lab_head.apply(positions)
     metric = depth.in_face_space(start)
@@ -107,7 +109,7 @@ def solve_take(
     )
     return TakeSolve(
         performance=performance,
-        markers=cleaned.markers,
+        markers=on_face,
         lines=_lines(found, cleaned, calibration, config),
         calibration=personal,
         T_lab_face=solved.T_lab_face,
@@ -120,8 +122,17 @@ def solve_take(
 def _lines(found: FaceMarkers, cleaned: Cleaned, calibration: Calibration, config: TakeConfig) -> tuple[str, ...]:
     """What whoever runs the job should know."""
     fit = Fit(calibration.shape_mm, np.inf, 0.0, calibration.alignment_margin)
-    lines = [*found.lines, cleaned.line(), calibration.neutral.line(cleaned.markers.rate)]
+    lines = [*found.lines, cleaned.line(), off_face_line(cleaned.markers.labels, calibration.kept)]
+    lines.append(calibration.neutral.line(cleaned.markers.rate))
     return (*(line for line in lines if line), *doubts(fit, config.calibrate.plausibility))
+
+
+def off_face_line(labels: tuple[str, ...], kept: Int[np.ndarray, " kept"]) -> str:
+    """Which markers are worn off the face; empty where none is."""
+    off = np.setdiff1d(np.arange(len(labels)), kept)
+    if not len(off):
+        return ""
+    return f"worn off the face, of use for the head's pose alone: {named_markers(labels, off)}"
 
 
 def _solve_and_personalise(

@@ -21,6 +21,8 @@ class PlausibilityConfig:
     """... and from this on where nothing moves, or where it might as well lie another way round."""
     still_mm: float = 0.3
     """Markers that move less than this against one another, rms, are a thing that is carried about."""
+    still_fewest: int = 12
+    """... and fewer than so many that do not move lie on anything."""
     least_margin: float = 0.03
     """An alignment no better than another by this share is a coin's toss (faces: 0.2 to 0.85)."""
     sure_margin: float = 0.15
@@ -39,6 +41,8 @@ class Fit:
     """rms of what the best person's shapes leave of it."""
     margin: float
     """1 - (residual of the alignment / residual of the best other one)."""
+    markers: int = 100
+    """How many there are."""
 
 
 def motion_of(positions: Float[np.ndarray, "frames markers 3"]) -> float:
@@ -68,6 +72,8 @@ def why_no_face(fit: Fit, config: PlausibilityConfig) -> str:
         return f"the markers stand {fit.shape_mm:.1f} mm off the nearest face"
     if fit.motion_mm < config.still_mm and fit.shape_mm > config.doubtful_shape_mm:
         return f"nothing moves and the markers stand {fit.shape_mm:.1f} mm off the nearest face"
+    if fit.motion_mm < config.still_mm and fit.markers < config.still_fewest:
+        return f"nothing moves, and {fit.markers} markers that hold still lie on anything"
     if fit.residual_mm > fit.motion_mm > config.worst_shape_mm:
         return f"the markers move by {fit.motion_mm:.0f} mm as no expression does"
     if fit.margin < config.least_margin and fit.shape_mm > config.doubtful_shape_mm:

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ..fitting.marker_identity import IdentityFit, surface_points
+from ..fitting.marker_identity import IdentityFit
+from ..fitting.terms import surface_points
 from ..mesh import Attachment, vertex_normals
 from ..rig import Rig
 

@@ -1,6 +1,6 @@
 """Which markers of a take are one face: a body, props and a second actor are left out and named."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Int
@@ -31,6 +31,8 @@ class FaceClusterConfig:
     """How many neighbours it is compared with."""
     span_mm: tuple[float, float] = (45.0, 330.0)
     """Box diagonal of a face's markers, head band and all."""
+    head_mm: float = 620.0
+    """... and at most of a group that hangs together: a face, and a rigid body on a cap or helmet."""
     fewest: int = 6
     """Markers that a face needs."""
     most_frames: int = 300
@@ -68,22 +70,20 @@ def find_face(markers: Markers, config: FaceClusterConfig = FaceClusterConfig())
     if len(seen) < config.fewest:
         raise BadInput(f"this is no face: {len(seen)} markers are seen; {config.fewest} are needed")
     cloud = markers.positions[:, seen]
-    groups = [np.arange(len(seen))] if _span(cloud, config) else _tightened(cloud, config)
+    low, high = config.span_mm
+    groups = [np.arange(len(seen))] if low <= _span(cloud) <= high else _tightened(cloud, config)
     sizes = [len(g) for g in groups]
-    faces = [seen[g] for g in groups if len(g) >= config.fewest and _span(markers.positions[:, seen[g]], config)]
+    large = [g for g in groups if len(g) >= config.fewest and low <= _span(cloud[:, g]) <= config.head_mm]
+    faces = [seen[g] for g in large]
     if not faces:
         raise BadInput(_no_face(markers, seen, sizes, config))
     kept = np.sort(_going_along(markers, faces[0], config))
-    chosen = replace(
-        markers, positions=markers.positions[:, kept], labels=tuple(markers.labels[i] for i in kept.tolist())
-    )
-    return FaceMarkers(chosen, kept, _lines(markers, share, kept, faces, config))
+    return FaceMarkers(markers.only(kept), kept, _lines(markers, share, kept, faces, config))
 
 
 def _going_along(markers: Markers, group: np.ndarray, config: FaceClusterConfig) -> np.ndarray:
     """The group without markers that stand near the face and do not go along with it."""
-    part = replace(markers, positions=markers.positions[:, group], labels=tuple(markers.labels[i] for i in group))
-    head = stabilise(part).markers.positions
+    head = stabilise(markers.only(group)).markers.positions
     moved = head - np.nanmedian(head, axis=0)
     own = _usual(moved)
     near = nearest_markers(head, config.neighbours)
@@ -128,11 +128,11 @@ def _stays_near(distance: np.ndarray, link_mm: float, config: FaceClusterConfig)
     return known & (middle < link_mm) & ((high - low) / 2 < config.bend_mm)
 
 
-def _span(positions: np.ndarray, config: FaceClusterConfig) -> bool:
-    """Whether the group is as large as a face."""
+def _span(positions: np.ndarray) -> float:
+    """Box diagonal of the markers in the frame that shows most, mm."""
     frame = positions[int(np.argmax(np.isfinite(positions).all(axis=2).sum(axis=1)))]
     there = frame[np.isfinite(frame).all(axis=1)]
-    return config.span_mm[0] <= float(np.linalg.norm(np.ptp(there, axis=0))) <= config.span_mm[1]
+    return float(np.linalg.norm(np.ptp(there, axis=0)))
 
 
 def _no_face(markers: Markers, seen: np.ndarray, sizes: list[int], config: FaceClusterConfig) -> str:

@@ -1,6 +1,6 @@
 """A take as it was recorded, made ready for scans: head motion out, gaps filled, what was hardly seen left out."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -50,11 +50,7 @@ def preprocess_take(markers: Markers, config: PreprocessTakeConfig = PreprocessT
         raise BadInput(
             f"no marker is seen in {config.least_seen:.0%} of the frames that show any; export a more complete take"
         )
-    kept = replace(
-        markers,
-        positions=markers.positions[:, often],
-        labels=tuple(np.array(markers.labels)[often].tolist()),
-    )
+    kept = markers.only(np.flatnonzero(often))
     stabilised = stabilise(kept, config.stabilise)
     filled = fill_gaps(stabilised.markers.positions, kept.rate, config.gaps)
     enough = (kept.seen.mean(axis=1) >= config.least_seen) & np.isfinite(filled).all(axis=(1, 2))

@@ -1,0 +1,52 @@
+"""How a cloud lies on a face, and what is worn off it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from marker_stage import held, region
+from mien.faces import load_face
+from mien.fitting.terms import surface_points
+from mien.markers.lay_on_face import LayConfig, OffFaceConfig, lay_on_face, off_face
+from mien.register.align import AlignConfig
+from mien.takes.marker_model import marker_model
+
+FRAMES = 30
+QUICK = LayConfig(align=AlignConfig(followed=5, most=3), off_face=OffFaceConfig(pulls=(0.7,)))
+OFF = [3, 20, 41, 50, 62]
+"""Where in the take the markers of a cap stand."""
+
+
+@pytest.fixture(scope="module")
+def capped() -> np.ndarray:
+    """Sixty markers on a face that acts, and five of a rigid body above the forehead, among them (head frame)."""
+    rng = np.random.default_rng(3)
+    face, places = load_face(), held()
+    person = face.person(0.7 * rng.normal(size=len(face.identity.modes)))
+    model = marker_model(person, places, np.full(60, 3.0))
+    weights = np.clip(rng.normal(0, 0.3, (FRAMES, 52)), 0, 1) * np.sin(np.linspace(0, np.pi, FRAMES))[:, None]
+    cap = np.array([[0, 150.0, 40], [50, 140, 10], [-45, 160, 0], [20, 190, -20], [-20, 130, 60]])
+    moved = np.insert(model.points(weights), np.array(OFF) - np.arange(5), cap, axis=1)
+    return moved + rng.normal(0, 0.1, moved.shape)
+
+
+def test_markers_of_a_cap_are_told_from_the_face(capped):
+    laid = lay_on_face(capped, load_face(), region(), config=QUICK)
+    assert np.setdiff1d(np.arange(65), laid.kept).tolist() == OFF
+    assert laid.shape_mm < 2.5
+    places = surface_points(load_face().rig.neutral, held(), 3.0)
+    found = laid.identity.T_face_head.apply(np.delete(capped[0], OFF, axis=0))
+    assert np.linalg.norm(found - places, axis=1).mean() < 12
+
+
+def test_without_looking_for_them_the_cloud_is_no_face(capped):
+    everyone = replace(QUICK, off_face=OffFaceConfig(suspect_mm=np.inf))
+    assert lay_on_face(capped, load_face(), region(), config=everyone).shape_mm > 3.5
+
+
+def test_off_the_face_is_told_by_millimetres_and_by_the_others():
+    near, far = np.full(9, 1.0), np.full(9, 4.0)
+    assert off_face(np.r_[near, 9.0], OffFaceConfig()).nonzero()[0].tolist() == [9]
+    assert not off_face(np.r_[near, 7.0], OffFaceConfig()).any()
+    assert not off_face(np.r_[far, 15.0], OffFaceConfig()).any()
