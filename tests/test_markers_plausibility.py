@@ -21,6 +21,7 @@ def test_a_face_passes_without_a_word():
         (Fit(2.0, 0.1, 0.1, 0.5), "nothing moves"),
         (Fit(0.5, 0.1, 0.1, 0.5, markers=7), "7 markers that hold still"),
         (Fit(2.0, 10.0, 12.0, 0.5), "as no expression does"),
+        (Fit(2.0, 5.3, 4.9, 0.2), "as no expression does"),
         (Fit(1.9, 0.5, 0.5, 0.0), "the other way round"),
     ],
 )

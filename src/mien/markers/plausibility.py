@@ -19,6 +19,8 @@ class PlausibilityConfig:
     """Markers this far from any person's face, rms, are no face's (faces: 0.5 to 2.4)."""
     doubtful_shape_mm: float = 1.5
     """... and from this on where nothing moves, or where it might as well lie another way round."""
+    unexplained: float = 0.8
+    """No expression leaves this share of a motion of `worst_shape_mm` and more, where the shape is doubtful besides."""
     still_mm: float = 0.3
     """Markers that move less than this against one another, rms, are a thing that is carried about."""
     still_fewest: int = 12
@@ -70,13 +72,15 @@ def why_no_face(fit: Fit, config: PlausibilityConfig) -> str:
     """The reason, or nothing."""
     if fit.shape_mm > config.worst_shape_mm:
         return f"the markers stand {fit.shape_mm:.1f} mm off the nearest face"
-    if fit.motion_mm < config.still_mm and fit.shape_mm > config.doubtful_shape_mm:
+    doubtful = fit.shape_mm > config.doubtful_shape_mm
+    if fit.motion_mm < config.still_mm and doubtful:
         return f"nothing moves and the markers stand {fit.shape_mm:.1f} mm off the nearest face"
     if fit.motion_mm < config.still_mm and fit.markers < config.still_fewest:
         return f"nothing moves, and {fit.markers} markers that hold still lie on anything"
-    if fit.residual_mm > fit.motion_mm > config.worst_shape_mm:
+    unexplained = fit.residual_mm / max(fit.motion_mm, config.still_mm)
+    if fit.motion_mm > config.worst_shape_mm and unexplained > (config.unexplained if doubtful else 1.0):
         return f"the markers move by {fit.motion_mm:.0f} mm as no expression does"
-    if fit.margin < config.least_margin and fit.shape_mm > config.doubtful_shape_mm:
+    if fit.margin < config.least_margin and doubtful:
         return f"the markers stand {fit.shape_mm:.1f} mm off the nearest face and lie on it as well the other way round"
     return ""
 
