@@ -7,7 +7,7 @@ import pytest
 import scipy.optimize
 
 from mien.errors import BadInput
-from mien.scans.select.select_frames import SelectConfig, select_frames
+from mien.scans.select.select_frames import SelectConfig, select_frames, strongest_frames
 
 EVERYTHING = SelectConfig(tolerance=1e-9, max_frames=8)
 
@@ -57,6 +57,33 @@ def test_equals_brute_force_with_fewer_coordinates_than_frames_chosen():
     assert selection.frames.tolist()[:3] == frames[:3]
 
 
+def calm_take_with_an_outburst():
+    """Ninety frames that hardly move, ten of five strong shapes, two each."""
+    rng = np.random.default_rng(3)
+    deltas = rng.normal(size=(5, 12, 3)) * 5
+    weights = np.zeros((100, 5))
+    weights[90 + np.arange(10), np.arange(10) // 2] = [1.0, 0.7] * 5
+    return (
+        rng.uniform(-70, 70, (12, 3)) + np.einsum("ts,smd->tmd", weights, deltas) + 0.02 * rng.normal(size=(100, 12, 3))
+    )
+
+
+def test_calm_frames_do_not_hide_the_strongest_tenth():
+    """By the mean alone, as in the paper, few frames do; the strongest tenth asks for every shape."""
+    positions = calm_take_with_an_outburst()
+    alone = select_frames(positions, SelectConfig(strongest=np.inf))
+    both = select_frames(positions)
+    assert alone.reached
+    assert both.reached
+    assert len(alone.frames) < len(both.frames)
+    assert alone.frames.tolist() == both.frames[: len(alone.frames)].tolist()
+    assert alone.strongest[-1] > 0.15 > 0.12 > both.strongest[-1]
+    strong, moved = strongest_frames(positions)
+    assert sorted(strong.tolist()) == list(range(90, 100))
+    left = np.linalg.norm(residuals(positions, both), axis=2)[strong].mean()
+    np.testing.assert_allclose(both.strongest[-1], left / moved)
+
+
 def test_weights_meet_the_optimality_conditions_of_every_frame():
     positions = low_rank_take(5)
     selection = select_frames(positions, EVERYTHING)
@@ -92,7 +119,7 @@ def test_stops_at_the_tolerance():
     positions = low_rank_take(8)
     full = select_frames(positions, EVERYTHING)
     tolerance = float(full.relative[3:5].mean())
-    short = select_frames(positions, SelectConfig(tolerance=tolerance))
+    short = select_frames(positions, SelectConfig(tolerance=tolerance, strongest=np.inf))
     assert short.frames.tolist() == full.frames.tolist()[:5]
     assert short.reached
     assert not full.reached

@@ -149,7 +149,11 @@ def test_the_command_writes_list_study_and_sheet(tmp_path, capsys):
     assert content["take"] == "take.c3d"
     assert len(content["markers"]["spare_first"]) == 4
     assert (tmp_path / "s.png").stat().st_size > 100
-    assert "3 frames to scan" in capsys.readouterr().out
+    printed = capsys.readouterr().out
+    assert "3 frames to scan" in printed
+    assert "frames  mean, mm  % of diagonal  strongest tenth, %\n     1 " in printed
+    assert "the mean alone is not met either" in printed
+    assert len(content["strongest"]) == 3
 
 
 def test_nothing_is_written_where_the_film_is_too_short(tmp_path):

@@ -4,11 +4,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 from cyclopts import Parameter
 
 from ..files import existing
 from ..io.markers import read_marker_file
-from ..scans.select.select_frames import SelectConfig
+from ..scans.select.select_frames import SelectConfig, Selection
 from ..scans.select.take_selection import SelectTakeConfig, TakeSelection, select_take, write_selection
 from .bar import bar
 from .options import refuse_unused, verb
@@ -22,6 +23,7 @@ def select(
     *,
     output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("selection.json"),
     tolerance: float = SelectConfig.tolerance,
+    strongest: float = SelectConfig.strongest,
     max_frames: int = SelectConfig.max_frames,
     markers: str | None = None,
     spare_markers: bool = False,
@@ -40,6 +42,9 @@ def select(
         Where the list of frames goes (.json).
     tolerance
         Mean marker error to reach, as a part of the diagonal of the box of all markers.
+    strongest
+        ... and of the strongest tenth of the frames, as a part of how far they are from the take's mean face, so that
+        calm frames do not hide them. inf: the mean alone.
     max_frames
         Stop at so many frames even if the tolerance is not met.
     markers
@@ -61,7 +66,9 @@ def select(
         existing(video)
     file = read_marker_file(existing(take), reading.units, reading.rate, markers)
     config = SelectTakeConfig()
-    config = replace(config, select=replace(config.select, tolerance=tolerance, max_frames=max_frames))
+    config = replace(
+        config, select=replace(config.select, tolerance=tolerance, strongest=strongest, max_frames=max_frames)
+    )
     with bar() as progress:
         found = select_take(file.markers, config, progress)
         study = studied(found, progress) if spare_markers else None
@@ -95,9 +102,11 @@ def summary(found: TakeSelection, study) -> list[str]:
     selection = found.selection
     reached = "reached" if selection.reached else "NOT reached; allow more with --max-frames"
     lines = [
+        *curve(selection),
         f"{len(selection.frames)} frames to scan: {', '.join(map(str, selection.frames.tolist()))}",
         f"mean marker error {selection.errors[-1]:.3f} mm, {100 * selection.relative[-1]:.3f} % of the diagonal "
-        f"{selection.diagonal:.0f} mm; tolerance {100 * selection.tolerance:g} % {reached}",
+        f"{selection.diagonal:.0f} mm (tolerance {100 * selection.tolerance:g} %); strongest tenth "
+        f"{selection.strongest[-1]:.0%} (tolerance {selection.strongest_tolerance:.0%}): {reached}",
     ]
     if found.left_out:
         lines.append(f"seen too seldom and left out: {', '.join(found.left_out)}")
@@ -108,3 +117,15 @@ def summary(found: TakeSelection, study) -> list[str]:
             f"{study.errors[study.markers - half]:.3f} mm instead of {study.errors[0]:.3f} mm"
         )
     return lines
+
+
+def curve(selection: Selection) -> list[str]:
+    """How the errors fall with the number of frames, and where the paper's stop alone would be."""
+    columns = zip(selection.errors, selection.relative, selection.strongest, strict=True)
+    rows = [
+        f"{count:6d} {error:9.3f} {100 * relative:12.3f} {100 * strong:18.1f}"
+        for count, (error, relative, strong) in enumerate(columns, 1)
+    ]
+    met = np.flatnonzero(selection.relative < selection.tolerance)
+    alone = f"by the mean alone {met[0] + 1} would do" if len(met) else "the mean alone is not met either"
+    return ["frames  mean, mm  % of diagonal  strongest tenth, %", *rows, alone]

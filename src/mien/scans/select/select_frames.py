@@ -24,13 +24,19 @@ INNER_FRAMES = 4096
 ROUNDING = 1e-13
 """Directions of the take with less than this share of its largest variance are rounding."""
 
+STRONGEST_SHARE = 0.1
+"""Share of the frames, those farthest from the take's mean face, whose error is bounded by itself."""
+
 
 @dataclass(frozen=True)
 class SelectConfig:
     """When to stop."""
 
     tolerance: float = 0.003
-    """Mean marker error to reach, as a part of the diagonal of the box of all markers in all frames."""
+    """Mean marker error to reach, as a part of the diagonal of the box of all markers in all frames (the paper's)."""
+    strongest: float = 0.12
+    """... and that of the strongest tenth of the frames, as a part of how far they are from the take's mean face: a
+    mean over calm frames hides expressions. inf: the paper's stop alone."""
     max_frames: int = 50
     """Stop here even if the tolerance is not met."""
 
@@ -43,7 +49,10 @@ class Selection:
     """Counted from 0."""
     errors: Float[np.ndarray, " chosen"]
     """Mean distance of a marker from its place, mm, with the first 1, 2, ... of the frames."""
+    strongest: Float[np.ndarray, " chosen"]
+    """The same over the strongest tenth of the frames, as a part of how far they are from the take's mean face."""
     tolerance: float
+    strongest_tolerance: float
     diagonal: float
     """Millimetres: of the box of all markers in all frames."""
     weights: Float[np.ndarray, "frames chosen"]
@@ -58,8 +67,8 @@ class Selection:
 
     @property
     def reached(self) -> bool:
-        """Whether the tolerance was met."""
-        return bool(self.relative[-1] < self.tolerance)
+        """Whether both tolerances were met."""
+        return bool(self.relative[-1] < self.tolerance and self.strongest[-1] < self.strongest_tolerance)
 
 
 def select_frames(
@@ -71,7 +80,8 @@ def select_frames(
 
     In every round the frame is added that leaves the least sum of squared residuals over all frames, each of them
     solved exactly by non-negative least squares; all frames are candidates and none is left out but by proof. The stop
-    is the mean over frames and markers of the Euclidean distance, as a part of the diagonal.
+    is the mean over frames and markers of the Euclidean distance, as a part of the diagonal; not in the paper, the
+    strongest tenth of the frames must be met too.
 
     Positions are absolute, as in the paper, so the weights of a frame come out near a sum of one without being told.
     How near depends on the origin; it is put in the middle of all markers, so that neither the lab's nor the head's
@@ -100,17 +110,38 @@ def select_frames(
     diagonal = float(np.linalg.norm(np.ptp(positions.reshape(-1, 3), axis=0)))
     Y = _compact(X)
     inner = Y @ Y.T if frames <= INNER_FRAMES else None
-    chosen, errors, weights = [], [], np.zeros((frames, 0))
-    state = _restate(Y, chosen, weights)
+    strong, moved = strongest_frames(positions)
+    chosen, errors, strongest = [], [], []
+    state = _restate(Y, chosen, np.zeros((frames, 0)))
     while len(chosen) < min(config.max_frames, frames):
         progress.update("selecting frames", len(chosen), config.max_frames)
         chosen.append(_best_candidate(Y, inner, chosen, state))
         state = _restate(Y, chosen, np.pad(state.weights, ((0, 0), (0, 1))))
-        errors.append(float(np.linalg.norm((X - state.weights @ X[chosen]).reshape(positions.shape), axis=2).mean()))
-        if errors[-1] < config.tolerance * diagonal:
+        missing = (X - state.weights @ X[chosen]).reshape(positions.shape)
+        error = np.linalg.norm(missing, axis=2).mean(axis=1)
+        errors.append(float(error.mean()))
+        strongest.append(float(error[strong].mean() / moved))
+        if errors[-1] < config.tolerance * diagonal and strongest[-1] < config.strongest:
             break
     progress.update("selecting frames", len(chosen), len(chosen))
-    return Selection(np.array(chosen), np.array(errors), config.tolerance, diagonal, state.weights, origin)
+    return Selection(
+        frames=np.array(chosen),
+        errors=np.array(errors),
+        strongest=np.array(strongest),
+        tolerance=config.tolerance,
+        strongest_tolerance=config.strongest,
+        diagonal=diagonal,
+        weights=state.weights,
+        origin=origin,
+    )
+
+
+def strongest_frames(positions: Float[np.ndarray, "frames markers 3"]) -> tuple[Int[np.ndarray, " s"], float]:
+    """The tenth of the frames that are farthest from the take's mean face, and how far they are in the mean, mm."""
+    away = np.linalg.norm(positions - positions.mean(axis=0), axis=2).mean(axis=1)
+    count = max(1, round(STRONGEST_SHARE * len(positions)))
+    strong = np.argsort(-away, kind="stable")[:count]
+    return strong, max(float(away[strong].mean()), np.finfo(float).tiny)
 
 
 def _check(positions, config):
@@ -121,10 +152,10 @@ def _check(positions, config):
         raise BadInput(f"marker {k} is missing in frame {t}; fill the gaps or leave out the marker before selecting")
     if not np.ptp(positions.reshape(-1, 3), axis=0).any():
         raise BadInput("all markers stand in one point in all frames; is this a take of a face?")
-    if not (config.tolerance > 0 and config.max_frames >= 1):
+    if not (config.tolerance > 0 and config.strongest > 0 and config.max_frames >= 1):
         raise BadInput(
-            f"tolerance {config.tolerance} and max_frames {config.max_frames}: give a tolerance above 0 "
-            "and at least 1 frame"
+            f"tolerance {config.tolerance}, strongest {config.strongest} and max_frames {config.max_frames}: give "
+            "tolerances above 0 and at least 1 frame"
         )
 
 

@@ -103,7 +103,8 @@ def read_selection(path: str | Path) -> SelectionFile:
 def write_selection(path: str | Path, take: str, found: TakeSelection, study: MarkerStudy | None = None) -> None:
     """Write `selection.json`: frames, error curve, tolerance, take; with a study, markers in the order to spare them.
 
-    `errors` are parts of the diagonal, as the tolerance is; `errors_mm` the same in millimetres.
+    `errors` are parts of the diagonal, as the tolerance is; `errors_mm` the same in millimetres; `strongest` are those
+    of the strongest tenth of the frames, as parts of how far they are from the take's mean face.
     """
     selection = found.selection
     content = {
@@ -112,6 +113,7 @@ def write_selection(path: str | Path, take: str, found: TakeSelection, study: Ma
         "errors": [round(e, 7) for e in selection.relative.tolist()],
         "tolerance": selection.tolerance,
         "errors_mm": [round(e, 5) for e in selection.errors.tolist()],
+        "strongest": [round(e, 5) for e in selection.strongest.tolist()],
         "diagonal_mm": round(selection.diagonal, 3),
         "markers": {"used": list(found.labels), "left_out": list(found.left_out)},
     }
