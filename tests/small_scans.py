@@ -1,11 +1,15 @@
 """Small scans and rigs of scans for tests."""
 
+from functools import cache
+
 import numpy as np
 
 from mien.clip import Markers
-from mien.mesh import Attachment, Mesh, closest_point
+from mien.faces import load_face
+from mien.mesh import Attachment, Mesh, closest_point, submesh
 from mien.rig import Rig
 from mien.scans.scan_rig import ScanRig
+from mien.scans.scan_template import ScanTemplate, make_template
 from mien.transforms import Transform, rotation_from_vector
 
 
@@ -16,6 +20,19 @@ def sheet(n: int = 15, size: float = 60.0) -> Mesh:
     i = np.arange(n * n).reshape(n, n)
     a, b, c, d = i[:-1, :-1].ravel(), i[:-1, 1:].ravel(), i[1:, 1:].ravel(), i[1:, :-1].ravel()
     return Mesh(vertices, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]))
+
+
+@cache
+def bundled_template() -> ScanTemplate:
+    """The average face as a template, not subdivided."""
+    face = load_face()
+    return make_template(face.rig.neutral, face)
+
+
+def front_of(mesh: Mesh) -> Mesh:
+    """What a scan shows of the template's skin."""
+    front = bundled_template().regions["face"] > 0.01
+    return submesh(mesh, np.flatnonzero(front[mesh.faces].all(axis=1)))[0]
 
 
 def markers_on(mesh: Mesh, count: int = 25, seed: int = 0) -> Attachment:

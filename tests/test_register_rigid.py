@@ -211,3 +211,18 @@ def test_icp_with_nothing_near_says_so():
     far = IcpConfig(rejection=Rejection(max_distance=1.0))
     with pytest.raises(BadInput, match="closest point"):
         icp(mesh.vertices + 1000, ClosestPoint(mesh), config=far)
+
+
+def test_points_count_by_their_weights_and_the_others_are_not_looked_at():
+    """Half of a patch is lifted: told that it does not count, or robustly, the other half is found all the same."""
+    mesh, T = bumpy(), some_transform(angle=0.02, seed=5)
+    lifted = mesh.vertices + np.where(mesh.vertices[:, :1] > 10, [0.0, 0.0, 2.0], 0.0)
+    start, target = T.inverse(), ClosestPoint(mesh)
+    moved = T.apply(lifted)
+    told = icp(moved, target, start, weights=(mesh.vertices[:, 0] <= 10).astype(float))
+    np.testing.assert_allclose(told.transform.apply(T.apply(mesh.vertices)), mesh.vertices, atol=0.05)
+    assert (told.weights[mesh.vertices[:, 0] > 10] == 0).all()
+    robust = icp(moved, target, start, IcpConfig(robust="geman"))
+    plain = icp(moved, target, start)
+    off = [np.abs(found.transform.apply(moved) - lifted).max() for found in (robust, plain)]
+    assert off[0] < 0.1 < 0.5 < off[1]

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from clamped_playback import played_with_clamping
 from mien.io.gltf import read_performance, read_rig, write_performance
-from mien.io.gltf.glb import open_glb
 from mien.mesh import Mesh
 from mien.rig import Performance, Rig
 from mien.rig.unit_weights import joined, with_unit_weights
@@ -23,18 +23,6 @@ def take(weights) -> Performance:
 
 SCAN_RIG = [[0.0, 1.98, -7.1, 0.5], [1.0, 0.2, 9.3, 0.1], [-0.1, -0.4, 0.0, -0.3]]
 """Weights as rigs of scans have them: beyond 1, and correctives of both signs."""
-
-
-def played_with_clamping(path) -> np.ndarray:
-    """Vertices frame by frame as Blender shows the file: every weight clamped to 0..1, read by the accessors alone."""
-    glb = open_glb(path)
-    part = glb.json["meshes"][0]["primitives"][0]
-    rest = glb.accessor(part["attributes"]["POSITION"])
-    targets = np.stack([glb.accessor(t["POSITION"]) for t in part["targets"]])
-    animation = glb.json["animations"][0]
-    channel = next(c for c in animation["channels"] if c["target"]["path"] == "weights")
-    weights = glb.accessor(animation["samplers"][channel["sampler"]]["output"]).reshape(-1, len(targets))
-    return (rest + np.tensordot(np.clip(weights, 0, 1), targets, 1)) * 1000
 
 
 def test_a_file_played_with_clamping_shows_what_was_solved(tmp_path):

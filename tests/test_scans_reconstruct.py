@@ -5,7 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from clamped_playback import played_with_clamping
 from mien.errors import BadInput
+from mien.io.gltf import write_performance
 from mien.mesh import Mesh, vertex_normals
 from mien.scans.reconstruct import ReconstructConfig, correctives, meet_markers, smoothed, solve_on_scans, solve_weights
 from mien.transforms import Transform
@@ -79,6 +81,22 @@ def test_correctives_take_over_what_scans_cannot_mix():
     assert more.performance.rig.names[3] == "corrective_01"
     missing = np.zeros((10, len(found.labels), 3))
     assert correctives(found, np.arange(len(found.labels)), missing).names == ()
+
+
+def test_the_file_of_a_take_on_scans_played_with_clamped_weights_shows_what_was_solved(tmp_path):
+    """Scans beyond 1 and correctives of both signs: viewers clamp every weight to 0..1."""
+    found, weights = small_rig(), gestures()
+    weights[:, 0] *= 3.5
+    swing = np.sin(np.linspace(0, 12, len(weights)))[:, None, None]
+    bulge = np.exp(-((found.expressions[0][:, :2] / 25) ** 2).sum(axis=1))[None, :, None] * [0.0, 0.0, 2.0]
+    take, _ = play(found, weights, extra=swing * bulge)
+    performance = solve_on_scans(take, found).performance
+    assert performance.weights.max() > 1.5
+    assert performance.weights.min() < -0.5
+    write_performance(tmp_path / "perf.glb", performance)
+    frames = np.arange(0, len(weights), 24)
+    solved = performance.rig.vertices(performance.weights[frames])
+    np.testing.assert_allclose(played_with_clamping(tmp_path / "perf.glb")[frames], solved, atol=1e-3)
 
 
 def test_takes_with_other_markers_are_refused():

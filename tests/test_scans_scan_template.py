@@ -6,12 +6,11 @@ from mien.faces import load_face
 from mien.mesh import Mesh, loop_subdivide, submesh
 from mien.register import Surface
 from mien.scans.scan_template import FINE_REGIONS, make_template, manifold_part, own_template, transfer_topology
-from small_scans import sheet
+from small_scans import bundled_template, sheet
 
 
 def test_a_template_knows_its_parts_at_every_density():
-    face = load_face()
-    template = make_template(face.rig.neutral, face)
+    face, template = load_face(), bundled_template()
     assert set(template.regions) == {"face", *FINE_REGIONS}
     assert set(template.parts) == set(face.parts) - {"skin"}
     skin = template.skin.vertices
@@ -39,8 +38,7 @@ def test_the_manifold_part_of_a_mesh_has_no_forks_and_is_in_one_piece():
 
 
 def test_any_mesh_can_be_the_template():
-    face = load_face()
-    bundled = make_template(face.rig.neutral, face)
+    bundled = bundled_template()
     skin = bundled.skin
     piece, _ = submesh(skin, np.flatnonzero((skin.vertices[skin.faces][..., 2] > 40).all(axis=1)))
     own = own_template(manifold_part(piece), bundled)

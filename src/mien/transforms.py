@@ -1,5 +1,6 @@
 """Rigid and similarity transforms, single or in batches. A name reads target first: `T_camera_face`."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,6 +60,11 @@ class Transform:
 
     def __len__(self) -> int:
         return len(self.rotation)
+
+
+def stacked(transforms: Sequence[Transform]) -> Transform:
+    """Single rigid transforms as one batch."""
+    return Transform(np.stack([T.rotation for T in transforms]), np.stack([T.translation for T in transforms]))
 
 
 def rotation_from_vector(vectors: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 3 3"]:

@@ -131,7 +131,7 @@ class IcpConfig:
     """Also find a scale. Only from a close start and with a target that covers the source."""
     keep: float = 1.0
     """Share of the accepted points that count, nearest first (trimmed ICP); 1 keeps all."""
-    robust: Literal["none", "huber", "tukey"] = "none"
+    robust: Literal["none", "huber", "tukey", "geman"] = "none"
     """Down-weighting of large residuals; their spread is measured anew each iteration (median)."""
     rejection: Rejection = field(default_factory=Rejection)
     """Which closest points are not believed."""
@@ -164,11 +164,13 @@ def icp(
     start: Transform | None = None,
     config: IcpConfig | None = None,
     normals: Float[np.ndarray, "n 3"] | None = None,
+    weights: Float[np.ndarray, " n"] | None = None,
 ) -> IcpResult:
     """Iterative closest points: the rigid (or similarity) transform of `source` onto the surface of `target`.
 
     Point to point (Besl and McKay 1992) or point to plane (Chen and Medioni 1992), trimmed (Chetverikov 2002).
     A mesh brings its own normals for the rejection; bare points are tested by angle only if `normals` are given.
+    Each point counts by its `weights`, if given; those of weight 0 are not looked at.
 
     Raises:
         BadInput: fewer than three points find a believable closest point.
@@ -177,14 +179,16 @@ def icp(
     if isinstance(source, Mesh):
         normals = vertex_normals(source.vertices, source.faces) if normals is None else normals
         source = source.vertices
-    drawn = _draw(len(source), config.max_points)
+    counted = np.arange(len(source)) if weights is None else np.flatnonzero(weights > 0)
+    drawn = counted[_draw(len(counted), config.max_points)]
+    prior = np.ones(len(drawn)) if weights is None else weights[drawn]
     points, n = source[drawn], None if normals is None else normals[drawn]
     surface = Surface(target)
     transform, converged, done = start or Transform.identity(), False, 0
     while done < config.iterations and not converged:
         done += 1
         moved = transform.apply(points)
-        pairs, w = _pairs(surface, moved, None if n is None else transform.rotate(n), config)
+        pairs, w = _pairs(surface, moved, None if n is None else transform.rotate(n), prior, config)
         if config.metric == "plane":
             step = _plane_step(moved, pairs, w, config.scale)
         else:
@@ -192,11 +196,11 @@ def icp(
         transform = step @ transform
         converged = bool(np.linalg.norm(step.apply(moved) - moved, axis=1).max() < config.tolerance)
     moved = transform.apply(points)
-    pairs, w = _pairs(surface, moved, None if n is None else transform.rotate(n), config)
-    weights = np.zeros(len(source))
-    weights[drawn] = w
+    pairs, w = _pairs(surface, moved, None if n is None else transform.rotate(n), prior, config)
+    final = np.zeros(len(source))
+    final[drawn] = w
     rms = float(np.sqrt((w * _distances(moved, pairs, config) ** 2).sum() / w.sum()))
-    return IcpResult(transform, rms, converged, done, weights)
+    return IcpResult(transform, rms, converged, done, final)
 
 
 def _draw(n: int, most: int) -> np.ndarray:
@@ -212,29 +216,37 @@ def _distances(moved: np.ndarray, pairs: Correspondences, config: IcpConfig) -> 
 
 
 def _pairs(
-    surface: Surface, moved: np.ndarray, normals: np.ndarray | None, config: IcpConfig
+    surface: Surface, moved: np.ndarray, normals: np.ndarray | None, prior: np.ndarray, config: IcpConfig
 ) -> tuple[Correspondences, np.ndarray]:
     """Correspondences and their weights after rejection, trimming and down-weighting."""
     pairs = surface.correspond(moved, normals, config.rejection)
-    w = pairs.accepted.astype(float)
-    if w.sum() < 3:
+    w = prior * pairs.accepted
+    if (w > 0).sum() < 3:
         raise BadInput(
-            f"icp: {int(w.sum())} of {len(w)} points have a believable closest point on the target; "
+            f"icp: {int((w > 0).sum())} of {len(w)} points have a believable closest point on the target; "
             "start closer or loosen the rejection"
         )
     if config.keep < 1:
         w[pairs.distances > np.quantile(pairs.distances[pairs.accepted], config.keep)] = 0
     if config.robust != "none":
-        w *= _robust_weights(_distances(moved, pairs, config), w > 0, config.robust)
+        w *= _robust_weights(_distances(moved, pairs, config), w, config.robust)
     return pairs, w
 
 
 def _robust_weights(distances: np.ndarray, counted: np.ndarray, kind: str) -> np.ndarray:
-    """Weights of iteratively reweighted least squares, the spread taken from the median of what counted."""
-    spread = max(1.4826 * float(np.median(distances[counted])), 1e-9)
+    """Weights of iteratively reweighted least squares, the spread taken from the median of what counted, as it did."""
+    spread = max(1.4826 * _weighted_median(distances, counted), 1e-9)
     if kind == "huber":
         return np.minimum(1.0, 1.345 * spread / np.maximum(distances, 1e-12))
+    if kind == "geman":
+        return 1 / (1 + (distances / spread) ** 2) ** 2
     return np.maximum(1 - (distances / (4.685 * spread)) ** 2, 0) ** 2
+
+
+def _weighted_median(values: np.ndarray, weights: np.ndarray) -> float:
+    order = np.argsort(values)
+    total = np.cumsum(weights[order])
+    return float(values[order[np.searchsorted(total, total[-1] / 2)]])
 
 
 def _plane_step(moved: np.ndarray, pairs: Correspondences, w: np.ndarray, scale: bool) -> Transform:

@@ -1,7 +1,7 @@
 """A marker take and scans of its selected frames become a rig of the person (Huang et al. 2011, sec. 5-7)."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
@@ -28,6 +28,7 @@ from .marker_pose import ScannedFrame, find_poses
 from .marker_registration import MarkerRegistrationConfig, MarkersOnScans, fit_markers_to_scans
 from .placed_scans import PlacedScan, PlacedScans, place_scans, scanned_frames
 from .reconstruct import ReconstructConfig, meet_markers
+from .scan_colours import rig_colours
 from .scan_rig import ScanRig, rig_of_scans
 from .scan_template import (
     FINE_REGIONS,
@@ -37,6 +38,7 @@ from .scan_template import (
     own_template,
     transfer_topology,
 )
+from .still_skin import StillSkinConfig, moved_shapes, settle_heads
 from .take_in_head import TakeInHead, take_in_head
 
 
@@ -53,6 +55,7 @@ class ScansConfig:
     """How the bundled face is laid on each scan by itself; the `density` above counts."""
     registration: MarkerRegistrationConfig = field(default_factory=MarkerRegistrationConfig)
     large: LargeScaleConfig = field(default_factory=LargeScaleConfig)
+    still_skin: StillSkinConfig = field(default_factory=StillSkinConfig)
     fine: FineConfig = field(default_factory=FineConfig)
     """Its `sweeps` 0 leaves the fine-scale step out."""
     reconstruct: ReconstructConfig = ReconstructConfig()
@@ -131,7 +134,8 @@ def register_scans(
     on_neutral = cached(fit_template, neutral=seen.scans[0], density=config.density, config=config.fit)
     placed = place_scans(seen, scanned, on_scans, on_neutral)
     topology = choose_template(template, on_neutral, placed, face, config, cached)
-    coarse = correspond_coarsely(topology, placed, config.large, cached)  # eq. 7
+    placed_coarse = correspond_coarsely(topology, placed, config.large, cached)  # eq. 7
+    coarse = hold_heads_still(placed_coarse, config.still_skin, cached)
     fine = correspond_finely(coarse, config.fine, constraints, cached)  # eq. 8-11
     return build_rig(fine, on_neutral, config.reconstruct)  # sec. 7
 
@@ -210,6 +214,13 @@ def correspond_coarsely(
     return CoarselyCorresponded(placed, template, attachment, covered, np.stack([template.skin.vertices, *others]))
 
 
+def hold_heads_still(coarse: CoarselyCorresponded, config: StillSkinConfig, cached: StepCache) -> CoarselyCorresponded:
+    """All scans, with the markers of their frames, in the head pose that their still skin shows."""
+    neutral = coarse.placed.scans[0].mesh
+    settled = cached(settle_heads, template=coarse.template, shapes=coarse.skin, neutral=neutral, config=config)
+    return replace(coarse, placed=coarse.placed.moved(settled), skin=moved_shapes(settled, coarse.skin))
+
+
 def correspond_finely(
     coarse: CoarselyCorresponded, config: FineConfig, constraints: Sequence[NamedConstraint], cached: StepCache
 ) -> Corresponded:
@@ -238,8 +249,9 @@ def build_rig(found: Corresponded, on_neutral: Registration, config: Reconstruct
     attachment = consensus_attachment(template, shapes, placed.skin_points, covered)
     standoff = consensus_standoff(template, shapes, attachment, goals, covered, placed.on_scans.standoff)
     skin = meet_markers(template.skin, shapes, attachment, goals, standoff, covered, config)
+    colours = rig_colours(template, shapes, [scan.mesh for scan in placed.scans])
     scan_rig = ScanRig(
-        rig=rig_of_scans(template, skin, [scan.name for scan in placed.scans]),
+        rig=rig_of_scans(template, skin, [scan.name for scan in placed.scans], colours),
         resting=placed.scans[0].name,
         labels=placed.take.labels,
         attachment=Attachment(template.skin_faces[attachment.faces], attachment.barycentric),

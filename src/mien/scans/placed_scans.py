@@ -8,7 +8,7 @@ from jaxtyping import Float
 
 from ..fitting.register_scan import Registration
 from ..mesh import Mesh
-from ..transforms import Transform
+from ..transforms import Transform, stacked
 from .fitted_scan import FittedScan
 from .large_scale import ScanLandmarks
 from .marker_pose import ScannedFrame
@@ -32,6 +32,17 @@ class PlacedScan:
     fit: Float[np.ndarray, "n 3"] | None
     """The bundled topology on it, face space, mm; None where no face was found."""
 
+    def moved(self, T: Transform) -> "PlacedScan":
+        """The same elsewhere in face space."""
+        landmarks = self.landmarks and replace(self.landmarks, points=T.apply(self.landmarks.points))
+        return replace(
+            self,
+            mesh=self.mesh.with_vertices(T.apply(self.mesh.vertices)),
+            T_face_scan=T @ self.T_face_scan,
+            landmarks=landmarks,
+            fit=None if self.fit is None else T.apply(self.fit),
+        )
+
 
 @dataclass(frozen=True)
 class PlacedScans:
@@ -41,12 +52,17 @@ class PlacedScans:
     on_scans: MarkersOnScans
     scans: tuple[PlacedScan, ...]
     T_face_head: Transform
-    """Rigid: head frame of the take -> face space."""
+    """Rigid, one a scan: the take's head as the scan's frame has it -> face space."""
 
     @property
     def markers(self) -> Float[np.ndarray, "scans markers 3"]:
         """Markers of the frames, face space, mm."""
         return self.T_face_head.apply(self.take.expressions)
+
+    def moved(self, transforms: Sequence[Transform]) -> "PlacedScans":
+        """The same with every scan, and the markers of its frame, moved rigidly in face space."""
+        scans = tuple(scan.moved(T) for scan, T in zip(self.scans, transforms, strict=True))
+        return replace(self, scans=scans, T_face_head=stacked(transforms) @ self.T_face_head)
 
     @property
     def skin_points(self) -> list[Float[np.ndarray, "markers 3"]]:
@@ -88,7 +104,7 @@ def place_scans(
         _placed(scan, frame, on, T_face_head, neutral_mm)
         for scan, frame, on in zip(take.scans, frames, on_scans.scans, strict=True)
     ]
-    return PlacedScans(take, on_scans, tuple(placed), T_face_head)
+    return PlacedScans(take, on_scans, tuple(placed), stacked([T_face_head] * len(placed)))
 
 
 def _placed(

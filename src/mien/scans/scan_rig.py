@@ -1,7 +1,7 @@
 """A rig made of scans, and the markers on it: what `mien register` leaves for `mien solve`."""
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -34,11 +34,18 @@ class ScanRig:
     """False where the scans show no skin under a marker."""
 
 
-def rig_of_scans(template: ScanTemplate, skin: Float[np.ndarray, "scans n 3"], names: list[str]) -> Rig:
-    """The neutral scan and a target for each other one, eyes and teeth and all."""
+def rig_of_scans(
+    template: ScanTemplate,
+    skin: Float[np.ndarray, "scans n 3"],
+    names: list[str],
+    colours: Float[np.ndarray, "all 3"] | None = None,
+) -> Rig:
+    """The neutral scan and a target for each other one, eyes and teeth and all; sRGB as given, or the template's."""
     neutral, *others = (template.whole(shape) for shape in skin)
     deltas = np.zeros((0, *neutral.shape)) if not others else np.stack(others) - neutral
-    return Rig(template.mesh.with_vertices(neutral), deltas, tuple(names[1:]))
+    mesh = template.mesh.with_vertices(neutral)
+    mesh = mesh if colours is None else replace(mesh, colors=colours)
+    return Rig(mesh, deltas, tuple(names[1:]))
 
 
 def marker_record(found: ScanRig) -> dict:

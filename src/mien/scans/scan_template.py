@@ -50,6 +50,8 @@ class ScanTemplate:
     """Vertices of each eye, the teeth and the tongue."""
     fine_weight: Float[np.ndarray, " n"]
     """0 at the edges of lids and lips, 1 some millimetres off: there are no features to follow on an edge."""
+    mobility: Float[np.ndarray, " n"]
+    """How far the bundled face's shapes move each of the skin's vertices, rms over the shapes, mm."""
     from_bundled: sp.csr_matrix
     """(n, bundled): displacements of the skin's vertices from those of the bundled face's."""
 
@@ -93,6 +95,8 @@ def make_template(mesh: Mesh, face: BundledFace, off_face: float = 0.15) -> Scan
     on_skin = _mask(members_of.pop("skin"), len(trust)) > 0
     skin_faces = np.flatnonzero(on_skin[mesh.faces].all(axis=1))
     skin, members = submesh(mesh, skin_faces)
+    from_bundled = sp.csr_matrix(spread[members])
+    moved = [((from_bundled @ delta) ** 2).sum(axis=1) for delta in face.rig.deltas]
     return ScanTemplate(
         mesh=mesh,
         skin_faces=skin_faces,
@@ -102,7 +106,8 @@ def make_template(mesh: Mesh, face: BundledFace, off_face: float = 0.15) -> Scan
         regions={name: in_region[members, i] for i, name in enumerate(names)},
         parts=members_of,
         fine_weight=_fine_weight(mesh.vertices, trust, face)[members],
-        from_bundled=sp.csr_matrix(spread[members]),
+        mobility=np.sqrt(np.mean(moved, axis=0)),
+        from_bundled=from_bundled,
     )
 
 
@@ -141,6 +146,7 @@ def own_template(mesh: Mesh, bundled: ScanTemplate) -> ScanTemplate:
         regions={name: near * (D @ mask) for name, mask in bundled.regions.items()},
         parts={},
         fine_weight=D @ bundled.fine_weight,
+        mobility=D @ bundled.mobility,
         from_bundled=sp.csr_matrix(D @ bundled.from_bundled),
     )
 
