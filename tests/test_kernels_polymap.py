@@ -28,17 +28,30 @@ def test_evaluate_agrees_with_its_twin(order):
     polymap.evaluate(coefficients, d, exponents, a)
     polymap_twin.evaluate(coefficients, d, exponents, b)
     np.testing.assert_allclose(a, b, rtol=1e-4, atol=1e-5)
-    if order == 2:
-        polymap.evaluate_quadratic(coefficients, d, a)
-        np.testing.assert_allclose(a, b, rtol=1e-4, atol=1e-5)
+
+
+def scattered(points=9000):
+    """Forms of six triangles, points in runs of them, weights and planes of three channels."""
+    rng = np.random.default_rng(4)
+    triangle = np.repeat(rng.integers(0, 6, points // 9), 9).astype(np.int32)
+    forms = rng.normal(size=(6, 2, 6)).astype(np.float32)
+    weights = rng.dirichlet(np.ones(3), points).astype(np.float32).T[:2].copy()
+    runs = np.concatenate([[0], np.flatnonzero(np.diff(triangle)) + 1, [points]]).astype(np.int32)
+    return forms, runs, triangle, weights, rng.normal(size=(3, 6, points)).astype(np.float32)
 
 
 def test_parameter_fields_agree_with_their_twin():
-    rng = np.random.default_rng(4)
-    vectors, bases = rng.normal(size=(6, 5)).astype(np.float32), rng.normal(size=(20, 5, 2)).astype(np.float32)
-    corners = rng.integers(0, 6, (20, 3)).astype(np.int32)
-    weights = rng.dirichlet(np.ones(3), 20).astype(np.float32)
-    a, b = np.empty((20, 2), np.float32), np.empty((20, 2), np.float32)
-    polymap.parameter_fields(vectors, corners, weights, bases, a)
-    polymap_twin.parameter_fields(vectors, corners, weights, bases, b)
+    forms, _, triangle, weights, _ = scattered(90)
+    a, b = np.empty((90, 2), np.float32), np.empty((90, 2), np.float32)
+    polymap.parameter_fields(forms, triangle, weights, a)
+    polymap_twin.parameter_fields(forms, triangle, weights, b)
     np.testing.assert_allclose(a, b, rtol=1e-4, atol=1e-5)
+
+
+def test_evaluation_in_runs_agrees_with_its_twin():
+    """More points than a piece, and runs that go on from one piece to the next."""
+    case = scattered()
+    a, b = np.empty((3, 9000), np.float32), np.empty((3, 9000), np.float32)
+    polymap.evaluate_runs(*case, a)
+    polymap_twin.evaluate_runs(*case, b)
+    np.testing.assert_allclose(a, b, rtol=1e-3, atol=1e-4)

@@ -5,6 +5,9 @@ from typing import no_type_check
 import numba as nb
 import numpy as np
 
+PIECE = 4096
+"""Points whose parameters are held in the cache."""
+
 
 @no_type_check
 @nb.njit(cache=True, nogil=True, inline="always")
@@ -61,34 +64,60 @@ def evaluate(coefficients, parameters, exponents, out):
 
 @no_type_check
 @nb.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
-def evaluate_quadratic(coefficients, parameters, out):
-    """As `evaluate` for the six terms of eq. 1 in their order: the loop that a live synthesis spends its time in."""
-    for p in range(coefficients.shape[0]):
-        d1 = parameters[p, 0]
-        d2 = parameters[p, 1]
-        for c in range(coefficients.shape[2]):
-            out[p, c] = (
-                (coefficients[p, 0, c] * d1 + coefficients[p, 2, c] * d2 + coefficients[p, 3, c]) * d1
-                + (coefficients[p, 1, c] * d2 + coefficients[p, 4, c]) * d2
-                + coefficients[p, 5, c]
-            )
+def parameter_fields(forms, triangle, weights, out):
+    """Eq. 3 at every point: out (p, 2) = the forms (m, 2, 6) of each point's `triangle` (p,) at its `weights` (2, p).
+
+    A form's entries are the coefficients of aa, bb, cc, ab, ac, bc, with c = 1 - a - b.
+    """
+    for p in range(triangle.shape[0]):
+        a, b = weights[0, p], weights[1, p]
+        c = np.float32(1) - a - b
+        for d in range(2):
+            f = forms[triangle[p], d]
+            out[p, d] = a * (f[0] * a + f[3] * b + f[4] * c) + b * (f[1] * b + f[5] * c) + f[2] * c * c
 
 
 @no_type_check
 @nb.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
-def parameter_fields(vectors, corners, weights, bases, out):
-    """Eq. 3 at every point: out (p, 2) = the deformation vectors, interpolated, times the bases, interpolated.
+def _evaluate_plane(d1, d2, k0, k1, k2, k3, k4, k5, out):
+    """One channel of eq. 1 over points that lie side by side."""
+    for p in range(out.shape[0]):
+        out[p] = (k0[p] * d1[p] + k2[p] * d2[p] + k3[p]) * d1[p] + (k1[p] * d2[p] + k4[p]) * d2[p] + k5[p]
 
-    vectors (k, s) at the markers; corners (p, 3) the markers round each point; weights (p, 3); bases (p, s, 2).
+
+@no_type_check
+@nb.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
+def _form_at(f0, f1, f2, f3, f4, f5, a, b, out):
+    """A triangle's form at weights that lie side by side."""
+    for p in range(out.shape[0]):
+        c = np.float32(1) - a[p] - b[p]
+        out[p] = a[p] * (f0 * a[p] + f3 * b[p] + f4 * c) + b[p] * (f1 * b[p] + f5 * c) + f2 * c * c
+
+
+@no_type_check
+@nb.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
+def evaluate_runs(forms, runs, triangle, weights, planes, out):
+    """`parameter_fields` and the six terms of eq. 1 in one go: the loop that a live synthesis spends its time in.
+
+    runs (r + 1,): points between two entries lie in one triangle; planes (c, 6, p); out (c, p). Parameters of a piece
+    of the list stay in the cache until the coefficients come by.
     """
-    size = vectors.shape[1]
-    for p in range(corners.shape[0]):
-        first = second = 0.0
-        a, b, c = corners[p, 0], corners[p, 1], corners[p, 2]
-        wa, wb, wc = weights[p, 0], weights[p, 1], weights[p, 2]
-        for s in range(size):
-            value = wa * vectors[a, s] + wb * vectors[b, s] + wc * vectors[c, s]
-            first += value * bases[p, s, 0]
-            second += value * bases[p, s, 1]
-        out[p, 0] = first
-        out[p, 1] = second
+    points, r = out.shape[1], 0
+    d = np.empty((2, PIECE), np.float32)
+    for first in range(0, points, PIECE):
+        last = min(first + PIECE, points)
+        start = first
+        while start < last:
+            while runs[r + 1] <= start:
+                r += 1
+            stop = min(runs[r + 1], last)
+            for axis in range(2):
+                f = forms[triangle[start], axis]
+                _form_at(f[0], f[1], f[2], f[3], f[4], f[5], weights[0, start:stop], weights[1, start:stop],
+                         d[axis, start - first : stop - first])  # fmt: skip
+            start = stop
+        n = last - first
+        for c in range(out.shape[0]):
+            k = planes[c]
+            _evaluate_plane(d[0, :n], d[1, :n], k[0, first:last], k[1, first:last], k[2, first:last],
+                            k[3, first:last], k[4, first:last], k[5, first:last], out[c, first:last])  # fmt: skip

@@ -22,11 +22,17 @@ def evaluate(coefficients, parameters, exponents, out):
     out[:] = np.einsum("pm,pmc->pc", _monomials(parameters, exponents), coefficients)
 
 
-def evaluate_quadratic(coefficients, parameters, out):
-    """As `evaluate` for the six terms of eq. 1."""
-    evaluate(coefficients, parameters, np.array([[2, 0], [0, 2], [1, 1], [1, 0], [0, 1], [0, 0]]), out)
-
-
-def parameter_fields(vectors, corners, weights, bases, out):
+def parameter_fields(forms, triangle, weights, out):
     """Eq. 3 at every point."""
-    out[:] = np.einsum("pcs,pc,psd->pd", vectors[corners], weights, bases)
+    a, b = weights
+    c = 1 - a - b
+    out[:] = np.einsum("pdf,fp->pd", forms[triangle], np.stack([a * a, b * b, c * c, a * b, a * c, b * c]))
+
+
+def evaluate_runs(forms, runs, triangle, weights, planes, out):
+    """`parameter_fields`, then the six terms of eq. 1."""
+    d = np.empty((len(triangle), 2), np.float32)
+    parameter_fields(forms, triangle, weights, d)
+    found = np.empty(out.T.shape, np.float32)
+    evaluate(planes.transpose(2, 1, 0), d, np.array([[2, 0], [0, 2], [1, 1], [1, 0], [0, 1], [0, 0]]), found)
+    out[:] = found.T

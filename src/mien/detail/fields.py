@@ -1,33 +1,81 @@
-"""d1 and d2 over the surface: the parameters of a displacement map at any points, frame by frame (eq. 3)."""
+"""d1 and d2 over the surface, and the maps that they drive: one call a frame (Ma et al. 2008, eq. 1 and 3)."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-from jaxtyping import Float, Float32, Int32
+from jaxtyping import Float, Float32, Int, Int32
 
 from .._kernels import polymap
 from ..mesh import Attachment, Mesh
 from .domain import Domain
 from .marker_mesh import interpolation
+from .polynomial import PolynomialMap
+
+PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+"""Products of barycentric weights in a triangle's quadratic form."""
+QUADRATIC = 2
+"""The order that has a compiled loop of its own."""
 
 
 @dataclass(frozen=True)
 class ParameterField:
-    """Points on the base, the markers round each, and the bases there: S, Q and R interpolated barycentrically."""
+    """Points on the base and where each lies in the coarse mesh: S, Q and R are interpolated barycentrically.
 
-    corners: Int32[np.ndarray, "p 3"]
-    weights: Float32[np.ndarray, "p 3"]
-    bases: Float32[np.ndarray, "p 5 2"]
+    The product of two interpolated things is a quadratic form in the weights, the same all over a triangle: six numbers
+    a triangle and frame stand in for a basis at every point.
+    """
+
+    corners: Int[np.ndarray, "m 3"]
+    """The coarse mesh: markers."""
+    bases: Float[np.ndarray, "k 5 2"]
+    """Q and R at the markers."""
+    triangle: Int32[np.ndarray, " p"]
+    """Of the coarse mesh, at every point."""
+    weights: Float32[np.ndarray, "2 p"]
+    """Barycentric, of the first two corners."""
+
+    def forms(self, vectors: Float[np.ndarray, "k 5"]) -> Float32[np.ndarray, "m 2 6"]:
+        """d1 and d2 of one frame as quadratic forms in the weights, in the order of `PAIRS`."""
+        here, across = vectors[self.corners], self.bases[self.corners]
+        product = np.einsum("mas,mbsd->mdab", here, across)
+        product = product + np.triu(product.swapaxes(2, 3), 1)
+        return np.stack([product[:, :, a, b] for a, b in PAIRS], axis=2).astype(np.float32)
 
     def parameters(self, vectors: Float[np.ndarray, "k 5"]) -> Float32[np.ndarray, "p 2"]:
         """d1 and d2 at the points, mm, under one frame's deformation vectors."""
-        out = np.empty((len(self.corners), 2), np.float32)
-        polymap.parameter_fields(vectors.astype(np.float32), self.corners, self.weights, self.bases, out)
+        out = np.empty((len(self.triangle), 2), np.float32)
+        polymap.parameter_fields(self.forms(vectors), self.triangle, self.weights, out)
         return out
+
+    @cached_property
+    def runs(self) -> Int32[np.ndarray, " r"]:
+        """Where neighbours in the list change their triangle; the last entry is the number of points."""
+        change = np.flatnonzero(np.diff(self.triangle)) + 1
+        return np.concatenate([[0], change, [len(self.triangle)]]).astype(np.int32)
+
+
+class DrivenMap:
+    """A map and its field, laid out for evaluation: built once, then one call a frame, from any thread."""
+
+    def __init__(self, field: ParameterField, polynomial: PolynomialMap):
+        self.field, self.polynomial = field, polynomial
+        quadratic = polynomial.order == QUADRATIC
+        planes = polynomial.coefficients.transpose(2, 1, 0) if quadratic else np.empty((0, 0, 0))
+        self._planes = np.ascontiguousarray(planes, np.float32)
+
+    def values(self, vectors: Float[np.ndarray, "k 5"]) -> Float32[np.ndarray, "p c"]:
+        """The map's values under one frame's deformation vectors, mm."""
+        if self.polynomial.order != QUADRATIC:
+            return self.polynomial.evaluate(self.field.parameters(vectors))
+        out = np.empty((len(self._planes), len(self.field.triangle)), np.float32)
+        forms = self.field.forms(vectors)
+        polymap.evaluate_runs(forms, self.field.runs, self.field.triangle, self.field.weights, self._planes, out)
+        return out.T
 
 
 def parameter_field(domain: Domain, mesh: Mesh, attachment: Attachment, points: Attachment) -> ParameterField:
     """The field at `points` of the base `mesh`; `attachment` places the markers on it."""
     found = interpolation(domain.coarse, mesh, attachment, points)
-    bases = found.of(domain.bases)
-    return ParameterField(found.corners.astype(np.int32), found.weights.astype(np.float32), bases.astype(np.float32))
+    weights = np.ascontiguousarray(found.weights[:, :2].T, np.float32)
+    return ParameterField(domain.coarse.triangles, domain.bases, found.triangle.astype(np.int32), weights)

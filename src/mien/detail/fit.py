@@ -1,6 +1,7 @@
 """From training clips to two displacement maps: medium in three dimensions, fine along the normal (sec. 4, fig. 2)."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -10,7 +11,7 @@ from ..mesh import Attachment, Mesh, closest_point, face_areas
 from ..progress import SILENT, Progress
 from .base_mesh import BaseConfig, base_mesh
 from .domain import Domain, DomainConfig, deformation_vectors, fit_domain, marker_strains
-from .fields import ParameterField, parameter_field
+from .fields import DrivenMap, ParameterField, parameter_field
 from .marker_mesh import marker_mesh
 from .polynomial import PolynomialConfig, PolynomialFit, PolynomialMap
 from .sampling import interpolated, sampler
@@ -51,6 +52,11 @@ class DetailMap:
     """Rms distance of the training data from the map at every texel, mm; NaN where no frame showed it."""
     unreliable: Bool[np.ndarray, " p"]
     """Nostrils, rims, lids, lips: data that no polynomial follows."""
+
+    @cached_property
+    def driven(self) -> DrivenMap:
+        """The map laid out for evaluation."""
+        return DrivenMap(self.field, self.polynomial)
 
 
 @dataclass(frozen=True)
@@ -143,7 +149,7 @@ def _fit_fine(
     fit = PolynomialFit(len(at.texels.pixels), 1, config.fine)
     for number, aligned in enumerate(aligned_frames(training), 1):
         vectors = deformation_vectors(domain.strains, aligned.markers[None])[0]
-        explained = medium.polynomial.evaluate(medium.field.parameters(vectors))[:, 2]
+        explained = medium.driven.values(vectors)[:, 2]
         left = at.displacement(aligned)[:, 2] - sample(with_gutter(medium.texels.image(explained)), uv)
         fit.add(drive.parameters(vectors), high_pass(at.texels, left, blur)[:, None])
         progress.update("fine map", number, len(training))

@@ -28,6 +28,8 @@ class Interpolation:
     corners: Int[np.ndarray, "p 3"]
     """Markers."""
     weights: Float[np.ndarray, "p 3"]
+    triangle: Int[np.ndarray, " p"]
+    """Which of the coarse mesh."""
 
     def of(self, values: Float[np.ndarray, "k *c"]) -> Float[np.ndarray, "p *c"]:
         """Values at the points."""
@@ -107,16 +109,17 @@ def interpolation(
     biggest = points.barycentric.argmax(axis=1)
     label = coarse.nearest[mesh.faces[points.faces, biggest]]
     corners, weights = np.zeros((len(flat), 3), np.int64), np.zeros((len(flat), 3))
-    best = np.full(len(flat), np.inf)
+    best, inside = np.full(len(flat), np.inf), np.zeros(len(flat), np.int64)
     for marker in range(len(home)):
         mine = np.flatnonzero(label == marker)
-        for triangle in coarse.triangles[(coarse.triangles == marker).any(axis=1)]:
+        for number in np.flatnonzero((coarse.triangles == marker).any(axis=1)):
+            triangle = coarse.triangles[number]
             bary, distance = _closest(flat[mine], home[triangle])
             closer = mine[distance < best[mine]]
             best[closer] = distance[distance < best[mine]]
-            corners[closer] = triangle
+            corners[closer], inside[closer] = triangle, number
             weights[closer] = bary[np.isin(mine, closer, assume_unique=True)]
-    return Interpolation(corners, weights)
+    return Interpolation(corners, weights, inside)
 
 
 def _closest(points: Float[np.ndarray, "p 2"], triangle: Float[np.ndarray, "3 2"]):

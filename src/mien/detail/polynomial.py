@@ -47,10 +47,7 @@ class PolynomialMap:
     def evaluate(self, parameters: Float32[np.ndarray, "p 2"]) -> Float32[np.ndarray, "p c"]:
         """The map's values under d1, d2 at every texel (eq. 1)."""
         out = np.empty((len(parameters), self.coefficients.shape[2]), np.float32)
-        if self.order == 2:
-            polymap.evaluate_quadratic(self.coefficients, parameters, out)
-        else:
-            polymap.evaluate(self.coefficients, parameters, EXPONENTS[self.order], out)
+        polymap.evaluate(self.coefficients, parameters, EXPONENTS[self.order], out)
         return out
 
 

@@ -11,7 +11,7 @@ from jaxtyping import Float, Float32
 from ..mesh import Attachment, Mesh, loop_subdivide
 from ..mesh.subdivide import Refinement
 from .domain import deformation_vectors
-from .fields import ParameterField, parameter_field
+from .fields import DrivenMap, parameter_field
 from .fit import DetailMap, DetailModel
 from .polynomial import PolynomialMap
 from .texture_space import sample, tangent_frames, texture_gradients, with_gutter
@@ -44,17 +44,6 @@ class SynthesizedFrame:
     """Height along the normal at every texel of the fine map, mm."""
 
 
-@dataclass(frozen=True)
-class _VertexMap:
-    """A displacement map read at the vertices once and for all."""
-
-    field: ParameterField
-    polynomial: PolynomialMap
-
-    def at(self, vectors: np.ndarray) -> Float32[np.ndarray, "n c"]:
-        return self.polynomial.evaluate(self.field.parameters(vectors))
-
-
 class Synthesizer:
     """A person's detail on a mesh of any density: built once, then one call a frame.
 
@@ -72,10 +61,10 @@ class Synthesizer:
         places = vertex_attachment(dense, model, S)
         field = parameter_field(model.domain, model.base, model.attachment, places)
         assert dense.uv is not None
-        self._medium = _VertexMap(field, at_vertices(model.medium, dense.uv))
+        self._medium = DrivenMap(field, at_vertices(model.medium, dense.uv))
         self._fine = None
         if model.fine is not None and config.fine_vertices:
-            self._fine = _VertexMap(field, at_vertices(model.fine, dense.uv))
+            self._fine = DrivenMap(field, at_vertices(model.fine, dense.uv))
         self._response = np.ascontiguousarray(model.shell.response, np.float32)
         self._rest = model.base.vertices.astype(np.float32)
 
@@ -93,7 +82,7 @@ class Synthesizer:
             vertices = self._displaced(vertices, vectors)
         fine = None
         if model.fine is not None and config.fine_map:
-            fine = model.fine.polynomial.evaluate(model.fine.field.parameters(vectors))[:, 0]
+            fine = model.fine.driven.values(vectors)[:, 0]
         return SynthesizedFrame(vertices, fine)
 
     def frames(self, markers: Float[np.ndarray, "frames k 3"], workers: int = 2) -> Iterator[SynthesizedFrame]:
@@ -109,9 +98,9 @@ class Synthesizer:
 
     def _displaced(self, vertices: np.ndarray, vectors: np.ndarray) -> Float32[np.ndarray, "n 3"]:
         """Steps 4 and 5: medium offsets in the base's local frames, fine heights along its normals."""
-        offset = self._medium.at(vectors)
+        offset = self._medium.values(vectors)
         if self._fine is not None:
-            offset = offset + self._fine.at(vectors) * np.array([0, 0, 1], np.float32)
+            offset = offset + self._fine.values(vectors) * np.array([0, 0, 1], np.float32)
         local = tangent_frames(self._gradients, vertices)
         return vertices + np.einsum("pa,pab->pb", offset, local)
 

@@ -148,7 +148,7 @@ def layers(model: DetailModel, grid: Sampler, vectors: Float[np.ndarray, "k 5"])
 
 def evaluated(detail: DetailMap, vectors: Float[np.ndarray, "k 5"]) -> Float[np.ndarray, "size size c"]:
     """A map's image in one frame, mm; NaN off the surface."""
-    values = detail.polynomial.evaluate(detail.field.parameters(vectors))
+    values = detail.driven.values(vectors)
     return detail.texels.image(values.astype(float))
 
 
