@@ -5,7 +5,7 @@ import pytest
 
 from detail_patch import bent, patch, training, wrinkled
 from mien.detail.base_mesh import BaseConfig
-from mien.detail.fit import DetailConfig, fit_detail, high_pass, texel_mm
+from mien.detail.fit import DetailConfig, HighPass, fit_detail, texel_mm
 from mien.detail.polynomial import PolynomialConfig
 from mien.detail.texture_space import texels
 
@@ -62,9 +62,9 @@ def test_high_pass_takes_a_ramp_out_and_keeps_a_ripple():
     grid = texels(patch(), 96)
     row, column = np.divmod(grid.pixels, 96)
     inner = (np.abs(row - 48) < 25) & (np.abs(column - 48) < 25)
-    np.testing.assert_allclose(high_pass(grid, 0.1 * column, 5.0)[inner], 0, atol=1e-3)
+    np.testing.assert_allclose(HighPass(grid, 5.0)(0.1 * column)[inner], 0, atol=1e-3)
     ripple = np.cos(2 * np.pi * column / 6)
-    np.testing.assert_allclose(high_pass(grid, ripple, 5.0)[inner], ripple[inner], atol=0.01)
+    np.testing.assert_allclose(HighPass(grid, 5.0)(ripple)[inner], ripple[inner], atol=0.01)
 
 
 def test_texels_have_their_size():

@@ -5,7 +5,7 @@ import pytest
 
 from detail_patch import patch
 from mien.detail.texture_space import (
-    orthonormal,
+    resampling,
     sample,
     tangent_frames,
     texels,
@@ -47,7 +47,6 @@ def test_frames_turn_with_the_surface():
     gradients = texture_gradients(mesh)
     still, turned = (tangent_frames(gradients, x) for x in (mesh.vertices, mesh.vertices @ turn.T))
     np.testing.assert_allclose(turned, still @ turn.T, atol=1e-9)
-    np.testing.assert_allclose(orthonormal(0.5 * still), still, atol=1e-9)
 
 
 def test_sampling_a_ramp_is_exact_and_the_gutter_holds():
@@ -73,3 +72,12 @@ def test_coordinates_off_the_image_are_refused():
     mesh = patch(9)
     with pytest.raises(BadInput, match="no texel"):
         texels(replace(mesh, uv=mesh.uv + 5), 16)
+
+
+def test_resampling_reads_a_ramp_as_sampling_does():
+    mesh = patch()
+    coarse, fine = texels(mesh, 24), texels(mesh, 60)
+    ramp = (coarse.pixels % 24).astype(float)
+    uv = np.einsum("pc,pcd->pd", fine.attachment.barycentric, mesh.uv[mesh.faces[fine.attachment.faces]])
+    expected = sample(with_gutter(coarse.image(ramp)), uv)
+    np.testing.assert_allclose(resampling(mesh, coarse, fine) @ ramp, expected, atol=1e-4)

@@ -11,7 +11,9 @@ def test_accumulate_agrees_with_its_twin(order):
     m = len(exponents)
     d, f = rng.normal(size=(40, 2)), rng.normal(size=(40, 3))
     weights = (rng.random(40) > 0.3) * rng.random(40)
-    one, two = ((np.zeros((40, m * (m + 1) // 2)), np.zeros((40, m, 3))) for _ in range(2))
+    f[7, 1] = np.nan
+    shapes = ((40, m * (m + 1) // 2), (40, m, 3), (40,), (40,))
+    one, two = ([np.zeros(shape) for shape in shapes] for _ in range(2))
     for _ in range(2):
         polymap.accumulate(*one, d, f, weights, exponents)
         polymap_twin.accumulate(*two, d, f, weights, exponents)

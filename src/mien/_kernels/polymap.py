@@ -24,18 +24,24 @@ def _monomials(d1, d2, exponents, out):
 
 @no_type_check
 @nb.njit(cache=True, nogil=True, error_model="numpy")
-def accumulate(gram, linear, parameters, values, weights, exponents):
+def accumulate(gram, linear, count, energy, parameters, values, weights, exponents):
     """Add one frame to the normal equations of every texel.
 
-    gram (p, m (m + 1) / 2), the upper triangle row by row; linear (p, m, c); parameters (p, 2); values (p, c);
-    weights (p,), 0 where the frame shows nothing; exponents (m, 2).
+    gram (p, m (m + 1) / 2), the upper triangle row by row; linear (p, m, c); count (p,) the sum of weights; energy (p,)
+    that of squared values; parameters (p, 2); values (p, c), NaN where the frame shows nothing; weights (p,), or (1,)
+    where all texels weigh the same; exponents (m, 2).
     """
     terms = exponents.shape[0]
     powers = np.empty(terms)
     for p in range(gram.shape[0]):
-        weight = weights[p]
-        if weight == 0.0:
+        weight = weights[p % weights.shape[0]]
+        square = 0.0
+        for c in range(values.shape[1]):
+            square += values[p, c] * values[p, c]
+        if weight == 0.0 or not square < np.inf:
             continue
+        count[p] += weight
+        energy[p] += weight * square
         _monomials(parameters[p, 0], parameters[p, 1], exponents, powers)
         place = 0
         for i in range(terms):

@@ -8,10 +8,13 @@ def _monomials(parameters, exponents):
     return (parameters[:, None, :] ** exponents[None]).prod(axis=2)
 
 
-def accumulate(gram, linear, parameters, values, weights, exponents):
+def accumulate(gram, linear, count, energy, parameters, values, weights, exponents):
     """Add one frame to the normal equations of every texel."""
     powers = _monomials(parameters, exponents)
-    seen = weights > 0
+    weights = np.broadcast_to(weights, len(values))
+    seen = (weights > 0) & np.isfinite(values).all(axis=1)
+    count[seen] += weights[seen]
+    energy[seen] += (weights[:, None] * values**2).sum(axis=1)[seen]
     rows, columns = np.triu_indices(len(exponents))
     gram[seen] += (weights[:, None] * powers[:, rows] * powers[:, columns])[seen]
     linear[seen] += (weights[:, None, None] * powers[:, :, None] * values[:, None, :])[seen]

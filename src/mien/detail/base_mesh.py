@@ -131,14 +131,17 @@ def _opened(mesh: Mesh, seen: Bool[np.ndarray, " m"]) -> Bool[np.ndarray, " m"]:
 
 
 def smooth_surface(mesh: Mesh, half_wavelength_mm: float) -> Float[np.ndarray, "n 3"]:
-    """Vertices without detail shorter than a half wavelength: (M + s L M^-1 L) x = M x0, s = (length / pi)^4."""
+    """Vertices without detail shorter than a half wavelength: (M + s L M^-1 L) x = M x0, s = (length / pi)^4.
+
+    x is the real part of (M + i sqrt(s) L)^-1 M x0, as 1 / (1 + a^2) = Re 1 / (1 + i a): L alone is factorised.
+    """
     if half_wavelength_mm <= 0:
         return mesh.vertices
     L, area = cotangent_laplacian(mesh.vertices, mesh.faces), mass(mesh.vertices, mesh.faces)
     area = np.maximum(area, 1e-3 * area.mean())
-    A = sp.diags(area) + (half_wavelength_mm / np.pi) ** 4 * (L.T @ sp.diags(1 / area) @ L)
+    A = sp.diags(area) + 1j * (half_wavelength_mm / np.pi) ** 2 * L
     factor = splu(sp.csc_matrix(A), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
-    return factor.solve(np.ascontiguousarray(area[:, None] * mesh.vertices))
+    return np.ascontiguousarray(factor.solve(area[:, None] * mesh.vertices.astype(complex)).real)
 
 
 def decimated(mesh: Mesh, vertices: int) -> Mesh:

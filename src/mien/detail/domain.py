@@ -25,8 +25,8 @@ class DomainConfig:
     """Strain of the edges at a marker (Bickel et al. 2008) in place of the spread of its two-ring (eq. 2)."""
     threshold_deg: float = 45.0
     """Bases are smoothed until none is farther than this from the average of its neighbours; 90: not at all."""
-    most_replacements: int = 5000
-    """Smoothing gives up after so many replacements."""
+    most_replacements: int = 10
+    """Of one marker; where neighbours contradict each other no average lies within the threshold of all."""
 
 
 @dataclass(frozen=True)
@@ -190,14 +190,16 @@ def smooth_bases(
     """
     bases, around = bases.copy(), neighbours(coarse, len(bases))
     angles = np.array([_angles(bases, i, around[i]) for i in range(len(bases))])
-    for replaced in range(config.most_replacements):
-        worst = int(angles.max(axis=1).argmax())
-        if angles[worst].max() <= np.deg2rad(config.threshold_deg):
-            return bases, replaced
+    times = np.zeros(len(bases), int)
+    while True:
+        open_ = np.where(times < config.most_replacements, angles.max(axis=1), 0.0)
+        worst = int(open_.argmax())
+        if open_[worst] <= np.deg2rad(config.threshold_deg):
+            return bases, int(times.sum())
         bases[worst] = _replaced(bases, around[worst])
+        times[worst] += 1
         for i in map(int, (worst, *around[worst])):
             angles[i] = _angles(bases, i, around[i])
-    return bases, config.most_replacements
 
 
 def neighbours(coarse: MarkerMesh, k: int) -> list[Int[np.ndarray, " _"]]:

@@ -14,10 +14,13 @@ from .domain import Domain, DomainConfig, deformation_vectors, fit_domain, marke
 from .fields import DrivenMap, ParameterField, parameter_field
 from .marker_mesh import marker_mesh
 from .polynomial import PolynomialConfig, PolynomialFit, PolynomialMap
-from .sampling import interpolated, sampler
-from .texture_space import Texels, sample, texture_gradients, with_gutter
+from .sampling import sampler
+from .texture_space import Texels, resampling, texture_gradients
 from .thin_shell import ShellConfig, ThinShell, thin_shell
 from .training import HeadMarkers, TrainingSet, aligned_frames
+
+BLUR_REACH = 3.0
+"""Standard deviations of a blur that are summed."""
 
 
 @dataclass(frozen=True)
@@ -141,28 +144,38 @@ def _fit_fine(
     training, base, shell, attachment, domain, medium: DetailMap, config: DetailConfig, progress: Progress
 ) -> DetailMap:
     """One channel along the normal, fitted to what the medium map leaves, high-passed."""
-    assert base.mesh.uv is not None
     at = sampler(training, base, shell, config.fine_size, config.farthest_mm)
     drive = parameter_field(domain, base.mesh, attachment, at.texels.attachment)
-    uv = interpolated(base.mesh.uv, at.texels.attachment, base.mesh.faces)
-    blur = config.high_pass_mm / texel_mm(base.mesh, config.fine_size)
+    resampled = resampling(base.mesh, medium.texels, at.texels)
+    high_pass = HighPass(at.texels, config.high_pass_mm / texel_mm(base.mesh, config.fine_size))
     fit = PolynomialFit(len(at.texels.pixels), 1, config.fine)
     for number, aligned in enumerate(aligned_frames(training), 1):
         vectors = deformation_vectors(domain.strains, aligned.markers[None])[0]
         explained = medium.driven.values(vectors)[:, 2]
-        left = at.displacement(aligned)[:, 2] - sample(with_gutter(medium.texels.image(explained)), uv)
-        fit.add(drive.parameters(vectors), high_pass(at.texels, left, blur)[:, None])
+        left = at.displacement(aligned)[:, 2] - resampled @ explained
+        fit.add(drive.parameters(vectors), high_pass(left)[:, None])
         progress.update("fine map", number, len(training))
     return _with_errors(at.texels, drive, fit.solve(), fit, config)
 
 
-def high_pass(grid: Texels, values: Float[np.ndarray, " p"], sigma: float) -> Float[np.ndarray, " p"]:
+class HighPass:
     """Values minus their Gaussian mean over known texels, `sigma` texels wide; NaN stays."""
-    image = grid.image(values)
-    known = np.isfinite(image)
-    total = ndimage.gaussian_filter(np.where(known, image, 0.0), sigma, truncate=3.0)
-    weight = ndimage.gaussian_filter(known.astype(float), sigma, truncate=3.0)
-    return values - grid.of_image(total / np.maximum(weight, 1e-6))
+
+    def __init__(self, grid: Texels, sigma: float):
+        self.grid, self.sigma = grid, sigma
+        self._known = np.zeros((0, 0), bool)
+        self._weight = np.zeros((0, 0))
+
+    def __call__(self, values: Float[np.ndarray, " p"]) -> Float[np.ndarray, " p"]:
+        image = self.grid.image(values)
+        known = np.isfinite(image)
+        if not np.array_equal(known, self._known):
+            self._known, self._weight = known, self._blur(known.astype(np.float32))
+        total = self._blur(np.where(known, image, 0.0).astype(np.float32))
+        return values - self.grid.of_image(total / np.maximum(self._weight, 1e-6))
+
+    def _blur(self, image: np.ndarray) -> np.ndarray:
+        return ndimage.gaussian_filter(image, self.sigma, truncate=BLUR_REACH)
 
 
 def texel_mm(mesh: Mesh, size: int) -> float:

@@ -61,7 +61,7 @@ class PolynomialFit:
         self._gram = np.zeros((points, m * (m + 1) // 2))
         self._linear = np.zeros((points, m, channels))
         self._count = np.zeros(points)
-        self._energy = np.zeros((points, channels))
+        self._energy = np.zeros(points)
         self._square = 0.0
         self._frames = 0
 
@@ -72,12 +72,9 @@ class PolynomialFit:
         weights: Float[np.ndarray, " p"] | None = None,
     ) -> None:
         """One frame: d1, d2 and what was measured at every texel; NaN, or a weight of 0, where nothing was."""
-        known = np.isfinite(values).all(axis=1)
-        weight = known.astype(float) if weights is None else np.where(known, weights, 0.0)
+        weight = np.ones(1) if weights is None else weights
         d = np.ascontiguousarray(parameters, np.float64)
-        polymap.accumulate(self._gram, self._linear, d, np.nan_to_num(values), weight, self.exponents)
-        self._count += weight
-        self._energy += weight[:, None] * np.nan_to_num(values) ** 2
+        polymap.accumulate(self._gram, self._linear, self._count, self._energy, d, values, weight, self.exponents)
         self._square += float((parameters**2).mean())
         self._frames += 1
 
@@ -110,5 +107,5 @@ class PolynomialFit:
         rows, columns = np.triu_indices(len(self.exponents))
         twice = np.where(rows == columns, 1.0, 2.0)
         quadratic = np.einsum("pq,q,pqc,pqc->p", self._gram, twice, c[:, rows], c[:, columns])
-        left = self._energy.sum(axis=1) - 2 * np.einsum("pmc,pmc->p", c, self._linear) + quadratic
+        left = self._energy - 2 * np.einsum("pmc,pmc->p", c, self._linear) + quadratic
         return np.sqrt(np.maximum(left, 0) / np.where(self._count > 0, self._count, np.nan))

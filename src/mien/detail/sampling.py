@@ -1,14 +1,16 @@
 """Displacements of high-resolution surfaces from the base motion, at the texels of a map (Ma et al. 2008, fig. 2)."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
 from jaxtyping import Float, Int
 
+from .._kernels import texels as kernels
 from ..mesh import Attachment
 from .base_mesh import BaseMesh
-from .texture_space import Texels, orthonormal, tangent_frames, texels, texture_gradients
+from .texture_space import Texels, tangent_frames, texels, texture_gradients
 from .thin_shell import ThinShell
 from .training import Aligned, TrainingSet
 
@@ -29,23 +31,25 @@ class Sampler:
     farthest_mm: float
     """Displacements beyond it are no skin and become NaN."""
 
-    def base_motion(self, markers: Float[np.ndarray, "k 3"]) -> tuple[np.ndarray, np.ndarray]:
-        """The thin shell under aligned markers: positions (p, 3), mm, and local frames (p, 3, 3) at the texels."""
-        moved = self.shell.vertices(markers - self.reference)
-        frames = tangent_frames(self.gradients, moved)
-        at, faces = self.texels.attachment, self.shell.mesh.faces
-        return interpolated(moved, at, faces), orthonormal(interpolated(frames, at, faces))
-
-    def skin(self, aligned: Aligned) -> Float[np.ndarray, "p 3"]:
-        """The frame's true skin at the texels, mm."""
-        return interpolated(aligned.vertices, self.on_training, self.faces)
+    @cached_property
+    def _places(self) -> tuple[np.ndarray, ...]:
+        """Corners and weights on the base, then on the skin, as the compiled loop takes them."""
+        pairs = ((self.texels.attachment, self.shell.mesh.faces), (self.on_training, self.faces))
+        corners = [np.ascontiguousarray(faces[points.faces], np.int32) for points, faces in pairs]
+        weights = [np.ascontiguousarray(points.barycentric, np.float32) for points, _ in pairs]
+        return corners[0], weights[0], corners[1], weights[1]
 
     def displacement(self, aligned: Aligned) -> Float[np.ndarray, "p 3"]:
         """From the base to the skin in the base's local frame (u, v, n), mm; NaN where there is no skin."""
-        here, local = self.base_motion(aligned.markers)
-        offset = np.einsum("pab,pb->pa", local, self.skin(aligned) - here)
-        offset[~(np.linalg.norm(offset, axis=1) <= self.farthest_mm)] = np.nan
-        return offset
+        moved = self.shell.vertices(aligned.markers - self.reference)
+        frames = tangent_frames(self.gradients, moved)
+        skin = np.ascontiguousarray(aligned.vertices, float)
+        at_corners, at_weights, on_corners, on_weights = self._places
+        out = np.empty((len(at_corners), 3))
+        kernels.displacements(
+            moved, frames, at_corners, at_weights, skin, on_corners, on_weights, self.farthest_mm, out
+        )
+        return out
 
 
 def sampler(training: TrainingSet, base: BaseMesh, shell: ThinShell, size: int, farthest_mm: float) -> Sampler:

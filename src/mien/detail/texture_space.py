@@ -103,19 +103,31 @@ def tangent_frames(
     return np.stack([u, np.cross(normal, u), normal], 1)
 
 
-def orthonormal(frames: Float[np.ndarray, "p 3 3"]) -> Float[np.ndarray, "p 3 3"]:
-    """Interpolated frames made orthonormal again: the normal's direction is kept."""
-    normal = frames[:, 2] / np.linalg.norm(frames[:, 2], axis=1, keepdims=True)
-    u = frames[:, 0] - (frames[:, 0] * normal).sum(1, keepdims=True) * normal
-    u = u / np.linalg.norm(u, axis=1, keepdims=True)
-    return np.stack([u, np.cross(normal, u), normal], 1)
-
-
 def with_gutter(image: Float[np.ndarray, "h w *c"]) -> Float[np.ndarray, "h w *c"]:
     """The image with every NaN texel given its nearest known one's value, so that it may be read between texels."""
     unknown = ~np.isfinite(image.reshape(*image.shape[:2], -1)).all(axis=2)
     nearest = np.asarray(ndimage.distance_transform_edt(unknown, return_distances=False, return_indices=True))
     return image[nearest[0], nearest[1]]
+
+
+def resampling(mesh: Mesh, known: Texels, wanted: Texels) -> sp.csr_matrix:
+    """The matrix (q, p) that reads values at the texels of one map, bilinear, at those of another."""
+    assert mesh.uv is not None
+    numbers = np.full((known.size, known.size), np.nan)
+    numbers.flat[known.pixels] = np.arange(len(known.pixels))
+    numbers = with_gutter(numbers).astype(np.int64)
+    corners = mesh.uv[mesh.faces[wanted.attachment.faces]]
+    uv = np.einsum("pc,pcd->pd", wanted.attachment.barycentric, corners)
+    x = np.clip(uv[:, 0] * known.size - 0.5, 0, known.size - 1.001)
+    y = np.clip((1 - uv[:, 1]) * known.size - 0.5, 0, known.size - 1.001)
+    column, row = x.astype(int), y.astype(int)
+    across, down = x - column, y - row
+    columns = np.stack([numbers[row + i, column + j] for i in (0, 1) for j in (0, 1)], 1)
+    parts = [(across if j else 1 - across) * (down if i else 1 - down) for i in (0, 1) for j in (0, 1)]
+    count = len(uv)
+    shape = (count, len(known.pixels))
+    start = np.arange(0, 4 * count + 1, 4)
+    return sp.csr_matrix((np.stack(parts, 1).ravel().astype(np.float32), columns.ravel(), start), shape=shape)
 
 
 def sample(image: Float[np.ndarray, "h w *c"], uv: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "n *c"]:
