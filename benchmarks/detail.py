@@ -1,4 +1,4 @@
-"""Displacement maps from markers: how exact, how fast (Ma et al. 2008). `python benchmarks/detail.py --help`."""
+"""Displacement maps from markers: how exact, how fast, how big (Ma et al. 2008)."""
 
 import argparse
 import time
@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from mien.detail.fit import DetailConfig, fit_detail
-from mien.detail.polynomial import PolynomialConfig
+from mien.detail.fit import DetailConfig, DetailModel, fit_detail
 from mien.detail.synthesize import SynthesisConfig, Synthesizer
-from mien.experiments.detail_stage import DetailStageConfig, detail_errors, detail_stage, kept_in_memory
+from mien.experiments.detail_stage import DetailStage, DetailStageConfig, detail_errors, detail_stage, kept_in_memory
+from mien.experiments.detail_study import placement_errors, storage_bytes
 from mien.stage.seeds import REPORTING_SEEDS
 
 PAPER = {"medium": (0.397, 0.303, 0.296), "fine": (0.00554, 0.00396, 0.00370)}
@@ -18,7 +18,7 @@ PAPER_ENERGIES = (76.84, 92.52, 98.46, 99.76, 100.0)
 """Table 1, per cent."""
 
 
-def clock(work, least: int = 5) -> float:
+def clock(work, least: int = 9) -> float:
     """Median seconds of processor time of one call."""
     work()
     spent = []
@@ -29,63 +29,119 @@ def clock(work, least: int = 5) -> float:
     return float(np.median(spent))
 
 
-def accuracy(stage, config: DetailConfig) -> None:
+def accuracy(stage: DetailStage, config: DetailConfig, orders: list[int]) -> None:
     """Orders, held-out clips, offsets against strain alone."""
-    for order, name in ((1, "linear"), (2, "biquadratic"), (3, "bicubic")):
-        with_order = replace(config, medium=PolynomialConfig(order), fine=PolynomialConfig(order))
+    names = {1: "linear", 2: "biquadratic", 3: "bicubic"}
+    for order in orders:
+        with_order = replace(
+            config,
+            medium=replace(config.medium, order=order),
+            fine=replace(config.fine, order=order),
+        )
         before = time.process_time()
         model = fit_detail(stage.training, with_order)
         spent = time.process_time() - before
         medium, fine = (np.nanmean(m.error_mm[~m.unreliable]) for m in (model.medium, model.fine))
         ours = f"medium {medium:.4f} (paper {PAPER['medium'][order - 1]}), fine {fine:.5f} ({PAPER['fine'][order - 1]})"
-        print(f"{name:12} rms on training, mm: {ours}; fitted in {spent:.1f} s")
+        print(f"{names[order]:12} rms on training, mm: {ours}; fitted in {spent:.1f} s", flush=True)
         table(model, stage)
-    strain = replace(config.domain, offsets=False)
-    table(fit_detail(stage.training, replace(config, domain=strain)), stage, "strain alone, biquadratic")
+        if order == 2:
+            print("energies, %:", *(f"{100 * e:.2f}" for e in model.domain.energies), " paper:", *PAPER_ENERGIES)
+            data, maps, halves = storage_bytes(stage.training, model)
+            print(f"training {data / 1e6:.0f} MB, maps {maps / 1e6:.1f} MB (16 bits: {halves / 1e6:.1f}): "
+                  f"{data / maps:.0f} and {data / halves:.0f} to 1")  # fmt: skip
+    strain = replace(config, domain=replace(config.domain, offsets=False))
+    table(fit_detail(stage.training, strain), stage, "strain alone")
+    edges = replace(config, domain=replace(config.domain, edge_strain=True))
+    table(fit_detail(stage.training, edges), stage, "strain of edges")
 
 
-def table(model, stage, title: str = "") -> None:
+def table(model: DetailModel, stage: DetailStage, title: str = "") -> None:
     """Errors of every clip, mm."""
     if title:
         print(title)
-    print(f"  {'clip':12} {'frozen':>8} {'shell':>8} {'medium':>8} {'+ fine':>8}")
+    print(f"  {'clip':12} {'frozen':>8} {'shell':>8} {'medium':>8} {'+ fine':>8} {'of shell':>8}")
     for part in (stage.training, stage.unseen):
         for name, errors in detail_errors(model, part).items():
-            print(f"  {name:12} {errors.line()}")
+            print(f"  {name:12} {errors.line()} {errors.full / errors.shell:8.0%}", flush=True)
 
 
-def speed(model) -> None:
+def placement(stage: DetailStage, config: DetailConfig) -> None:
+    """Held-out error under markers that were glued elsewhere, and under more or fewer of them."""
+    print("placement: mean error of the held-out clips, mm (shell alone, with maps)")
+    for name, shell, full in placement_errors(stage, config):
+        print(f"  {name:24} {shell:8.4f} {full:8.4f}", flush=True)
+
+
+def speed(stage: DetailStage, config: DetailConfig) -> None:
     """Frames a second in memory, and the evaluation beside a copy of its coefficients."""
+    model = fit_detail(stage.training, config)
     markers = model.head.aligned(model.reference[None] * [1, 0.98, 1])[0]
     for levels in (0, 2):
-        synthesizer = Synthesizer(model, SynthesisConfig(levels=levels, fine_vertices=levels > 0))
+        dense = SynthesisConfig(levels=levels, fine_vertices=levels > 0, fine_map=levels == 0)
+        synthesizer = Synthesizer(model, dense)
         spent = clock(lambda s=synthesizer: s.frame(markers))
-        vertices = len(synthesizer.mesh.vertices)
-        print(
-            f"{vertices:8,} vertices, both maps: {1 / spent:6.1f} frames/s on one core (paper: 20 with a GPU, 10,000)"
-        )
-    detail = model.fine
-    parameters = detail.field.parameters(np.full((len(model.reference), 5), 0.3))
-    evaluated = clock(lambda: detail.polynomial.evaluate(parameters), 21)
-    copied = clock(lambda: detail.polynomial.coefficients.copy(), 21)
-    print(f"evaluation of {len(parameters):,} texels {1e3 * evaluated:.2f} ms, memcpy {1e3 * copied:.2f} ms, "
+        print(f"{len(synthesizer.mesh.vertices):8,} vertices, both maps: {1 / spent:6.1f} frames/s a core (paper: 20 "
+              "with a GPU, 10,000)")  # fmt: skip
+        many = np.repeat(markers[None], 60, axis=0)
+        before = time.perf_counter()
+        frames = sum(1 for _ in synthesizer.frames(many))
+        print(f"{'':8} two frames at a time: {frames / (time.perf_counter() - before):6.1f} frames/s by the clock")
+    driven = model.fine.driven
+    vectors = np.full((len(model.reference), 5), 0.3)
+    evaluated = clock(lambda: driven.values(vectors), 31)
+    copied = clock(lambda: driven.polynomial.coefficients.copy(), 31)
+    texels = len(driven.field.triangle)
+    print(f"evaluation of {texels:,} texels {1e3 * evaluated:.2f} ms, memcpy {1e3 * copied:.2f} ms, "
           f"ratio {evaluated / copied:.2f}")  # fmt: skip
-    print("energies, %:", " ".join(f"{100 * e:.2f}" for e in model.domain.energies), " paper:", *PAPER_ENERGIES)
+
+
+def growth(stage: DetailStage, config: DetailConfig) -> None:
+    """Seconds of fitting and milliseconds of evaluation over texels, frames and markers."""
+    few = replace(stage.training, clips=stage.training.clips[:3])
+    for name, training, changed in (
+        ("half the texels' side", few, replace(config, medium_size=256, fine_size=512)),
+        ("as it is", few, config),
+        ("twice the frames", stage.training, config),
+    ):
+        before = time.process_time()
+        model = fit_detail(training, changed)
+        spent = time.process_time() - before
+        vectors = np.full((len(model.reference), 5), 0.3)
+        evaluated = clock(lambda m=model, v=vectors: m.fine.driven.values(v))
+        print(f"  {name:24} {len(training):4} frames: fit {spent:6.1f} s, evaluation {1e3 * evaluated:6.2f} ms")
+    sizes = DetailStageConfig(levels=2, frames=6)
+    for markers in (60, 178):
+        other = detail_stage(1, replace(sizes, markers=markers)).training
+        model = fit_detail(other, replace(config, medium_size=128, fine_size=0))
+        synthesizer = Synthesizer(model)
+        print(f"  {markers:4} markers: a frame {1e3 * clock(lambda s=synthesizer: s.frame(s.model.reference)):6.2f} ms")
 
 
 def main() -> None:
     """One subject."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seed", type=int, default=REPORTING_SEEDS[0])
+    parser.add_argument("--kind", choices=("muscles", "bent"), default="muscles")
     parser.add_argument("--levels", type=int, default=3, help="of the skin; 2 is quick")
     parser.add_argument("--frames", type=int, default=20, help="of a training clip")
+    parser.add_argument("--size", type=int, default=512, help="of the medium map; the fine one has twice as much")
+    parser.add_argument("--orders", type=int, nargs="*", default=[1, 2, 3])
+    parser.add_argument("--only", nargs="*", default=["accuracy", "placement", "speed", "growth"])
     given = parser.parse_args()
-    stage = detail_stage(given.seed, DetailStageConfig(levels=given.levels, frames=given.frames))
+    before = time.process_time()
+    stage = detail_stage(
+        given.seed, DetailStageConfig(kind=given.kind, levels=given.levels, frames=given.frames)
+    )
     stage = replace(stage, training=kept_in_memory(stage.training), unseen=kept_in_memory(stage.unseen))
-    print(f"{len(stage.training)} frames of {len(stage.training.mesh.vertices):,} vertices, seed {given.seed}")
-    config = DetailConfig()
-    accuracy(stage, config)
-    speed(fit_detail(stage.training, config))
+    vertices = len(stage.training.mesh.vertices)
+    print(f"{given.kind}, seed {given.seed}: {len(stage.training)} frames of {vertices:,} vertices, "
+          f"made in {time.process_time() - before:.0f} s", flush=True)  # fmt: skip
+    config = DetailConfig(medium_size=given.size, fine_size=2 * given.size)
+    parts = {"accuracy": lambda: accuracy(stage, config, given.orders), "placement": lambda: placement(stage, config),
+             "speed": lambda: speed(stage, config), "growth": lambda: growth(stage, config)}  # fmt: skip
+    for name in given.only:
+        parts[name]()
 
 
 if __name__ == "__main__":

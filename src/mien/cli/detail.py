@@ -23,6 +23,7 @@ def detail(
     unit: str | None = None,
     half: bool = False,
     rate: float | None = None,
+    place: int | None = None,
     fitting: Annotated[DetailConfig, Parameter(name="*")] = DetailConfig(),
     synthesis: Annotated[SynthesisConfig, Parameter(name="*")] = SynthesisConfig(fine_vertices=True, levels=1),
 ) -> None:
@@ -48,14 +49,16 @@ def detail(
         fit: store 16-bit coefficients.
     rate
         synth: frames a second of a take whose file does not say.
+    place
+        synth: number of a frame in which the face is neutral, for a take whose markers sit elsewhere than in training.
     """
     if what == "fit":
-        refuse_unused("with fit", "maps", "rate", "synthesis")
+        refuse_unused("with fit", "maps", "rate", "place", "synthesis")
         return fit_maps(existing(source), output, fitting, unit, half)
     refuse_unused("with synth", "unit", "half", "fitting")
     if maps is None:
         raise BadInput("synth: --maps is missing: the folder that `mien detail fit` has left")
-    play(existing(source), maps, output, synthesis, rate)
+    play(existing(source), maps, output, synthesis, rate, place)
 
 
 def fit_maps(folder: Path, output: Path, config: DetailConfig, unit: str | None, half: bool) -> None:
@@ -82,7 +85,9 @@ def fit_maps(folder: Path, output: Path, config: DetailConfig, unit: str | None,
     )
 
 
-def play(source: Path, maps: Path, output: Path, config: SynthesisConfig, rate: float | None) -> None:
+def play(
+    source: Path, maps: Path, output: Path, config: SynthesisConfig, rate: float | None, place: int | None
+) -> None:
     """A take with detail."""
     from ..detail.disk.frames import write_film, write_frames
     from ..detail.disk.maps import read_detail
@@ -93,7 +98,7 @@ def play(source: Path, maps: Path, output: Path, config: SynthesisConfig, rate: 
     model = read_detail(maps)
     take = read_performance(source) if source.suffix.lower() == ".glb" else read_markers(source, rate=rate)
     with bar() as progress:
-        synthesizer, drive, frames = synthesize(model, take, config, progress)
+        synthesizer, drive, frames = synthesize(model, take, config, progress, place)
         if output.suffix.lower() == ".mp4":
             count = write_film(output, synthesizer, frames, take.rate)
         else:

@@ -28,8 +28,8 @@ class Drive:
     """In the training's order, aligned with its neutral, mm; no gaps."""
     T_lab_face: Transform
     """Where the head was, one a frame."""
-    guessed: Float[np.ndarray, " k"]
-    """Share of the frames in which a marker was filled in from its neighbours."""
+    guessed: Float[np.ndarray, " j"]
+    """Share of the frames in which each of the take's markers was filled in from its neighbours."""
 
 
 def drive_by_markers(model: DetailModel, markers: Markers, gaps: GapConfig = GapConfig()) -> Drive:
@@ -46,7 +46,8 @@ def drive_by_markers(model: DetailModel, markers: Markers, gaps: GapConfig = Gap
         missing = [label for label, here in zip(model.labels, known, strict=True) if not here]
         raise BadInput(
             f"the take has {int(known.sum())} of the {len(model.labels)} markers that the maps were trained on "
-            f"(not {', '.join(missing[:4])}, ...); record the same markers, or place the new ones (--place)"
+            f"(not {', '.join(missing[:4])}, ...); record the same markers, or "
+            "name a neutral frame, by which the new ones are placed (--place)"
         )
     positions = np.full((len(markers.positions), len(model.labels), 3), np.nan)
     positions[:, known] = markers.positions[:, [place[label] for label in np.array(model.labels)[known]]]
@@ -56,7 +57,7 @@ def drive_by_markers(model: DetailModel, markers: Markers, gaps: GapConfig = Gap
     T_lab_face = model.head.pose(positions)
     still = fill_gaps(T_lab_face.inverse().apply(positions), markers.rate, gaps)
     seen = visible(still)
-    return Drive(_followed(model, still, seen), T_lab_face, 1 - seen.mean(axis=0))
+    return Drive(followed(model, still, seen), T_lab_face, 1 - seen.mean(axis=0))
 
 
 def drive_by_performance(model: DetailModel, performance: Performance) -> Drive:
@@ -76,7 +77,7 @@ def drive_by_performance(model: DetailModel, performance: Performance) -> Drive:
     return Drive(still, performance.T_world_face @ T_face_still, np.zeros(len(rest)))
 
 
-def _followed(
+def followed(
     model: DetailModel, positions: Float[np.ndarray, "frames k 3"], seen: Bool[np.ndarray, "frames k"]
 ) -> Float[np.ndarray, "frames k 3"]:
     """Markers still missing take their neighbours' mean offset in the coarse mesh, from what is known outwards."""

@@ -55,6 +55,7 @@ class DetailStage:
     training: TrainingSet
     unseen: TrainingSet
     skin: Skin
+    seed: int
 
 
 def detail_stage(seed: int, config: DetailStageConfig = DetailStageConfig()) -> DetailStage:
@@ -75,7 +76,7 @@ def detail_stage(seed: int, config: DetailStageConfig = DetailStageConfig()) -> 
     seen = tuple(clip(name, expression_clip(name, config.frames, seed)) for name in EXPRESSIONS)
     other = tuple(clip(name, unseen_clip(name, config.unseen_frames, seed)) for name in UNSEEN)
     training = TrainingSet(skin.neutral, rest, layout.labels, seen)
-    return DetailStage(training, TrainingSet(skin.neutral, rest, layout.labels, other), skin)
+    return DetailStage(training, TrainingSet(skin.neutral, rest, layout.labels, other), skin, seed)
 
 
 def _surfaces(skin: Skin, weights: Float[np.ndarray, "frames 52"], T_lab_face: Transform) -> Iterator[Frame]:

@@ -1,0 +1,1 @@
+"""Maps carried on: to other markers, to other people, into rigs."""

@@ -1,0 +1,68 @@
+"""Studies of displacement maps on the stage: other markers, and what the maps weigh (Ma et al. 2008, sec. 4, 5)."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ..detail.base_mesh import BaseConfig
+from ..detail.fit import DetailConfig, DetailModel, fit_detail
+from ..detail.training import Clip, TrainingSet
+from ..detail.transfer.placement import placed_at
+from ..mesh import ClosestPoint
+from ..stage import marker_layout
+from ..stage.script.training_clips import unseen_clip
+from ..stage.sensors.mocap import markers_on_skin
+from .detail_stage import DetailStage, detail_errors
+
+SHIFTS_MM = (0.0, 1.0, 2.0, 4.0)
+"""By how far markers are glued off their training places."""
+COUNTS = (60, 100, 178)
+"""Markers of a take driven by maps of 178."""
+STANDOFF_MM = 2.0
+"""Of the markers."""
+
+
+def placement_errors(stage: DetailStage, config: DetailConfig) -> Iterator[tuple[str, float, float]]:
+    """Name, shell's and full error over the held-out clips, mm, for markers shifted or of another number."""
+    model = fit_detail(stage.training, config)
+    yield "as trained", *_mean_errors(model, stage.unseen, config.base)
+    rng = np.random.default_rng(1)
+    for shift in SHIFTS_MM[1:]:
+        yield f"shifted by {shift:g} mm", *_mean_errors(model, _glued(stage, model, rng, shift, None), config.base)
+    for count in COUNTS:
+        yield f"{count} other markers", *_mean_errors(model, _glued(stage, model, rng, 0.0, count), config.base)
+
+
+def _glued(stage: DetailStage, model: DetailModel, rng, shift: float, count: int | None) -> TrainingSet:
+    """The held-out clips as other markers see them: what these carry the training's markers to."""
+    skin = stage.skin
+    rest = stage.training.markers
+    if count is None:
+        step = rng.normal(size=rest.shape)
+        places = ClosestPoint(skin.neutral).query(rest + shift * step / np.linalg.norm(step, axis=1, keepdims=True))
+        attachment = places.attachment()
+    else:
+        attachment = marker_layout(skin, count, int(rng.integers(1000))).attachment
+    standoff = np.full(len(attachment.faces), STANDOFF_MM)
+    neutral = markers_on_skin(skin, np.zeros((1, 52)), attachment, standoff)[0]
+    placement = placed_at(model, tuple(f"N{i}" for i in range(len(neutral))), neutral)
+    clips = []
+    for clip in stage.unseen.clips:
+        still = markers_on_skin(skin, unseen_clip(clip.name, len(clip.markers), stage.seed), attachment, standoff)
+        offset = placement.head.aligned(still) - neutral
+        moved = rest + np.einsum("kj,tjd->tkd", placement.carry, offset)
+        T = stage.training.head.pose(clip.markers)
+        clips.append(Clip(clip.name, T.apply(moved), clip.frames))
+    return TrainingSet(stage.unseen.mesh, rest, stage.unseen.labels, tuple(clips))
+
+
+def _mean_errors(model: DetailModel, clips: TrainingSet, base: BaseConfig) -> tuple[float, float]:
+    errors = detail_errors(model, clips, base).values()
+    return float(np.mean([e.shell for e in errors])), float(np.mean([e.full for e in errors]))
+
+
+def storage_bytes(training: TrainingSet, model: DetailModel) -> tuple[int, int, int]:
+    """Of the training surfaces (32-bit floats), of both maps, and of both maps at 16 bits."""
+    data = len(training) * training.mesh.vertices.size * 4
+    maps = sum(m.polynomial.coefficients.nbytes for m in (model.medium, model.fine) if m is not None)
+    return data, maps, maps // 2
