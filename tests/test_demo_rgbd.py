@@ -21,8 +21,8 @@ from mien.reports.tracking import Crop, depth_colors, faces_sheet, learning_char
 from mien.rig import Rig
 from mien.rig.retarget import CORRECTIVE
 from mien.stage.script.repeated_script import REPEATED, repeated_script
-from mien.tracking.fit import BlendshapeFitConfig
 from mien.tracking.pipeline import TrackTakeConfig, track_take
+from mien.tracking.terms.fit_config import BlendshapeFitConfig
 
 FRAMES = 12
 

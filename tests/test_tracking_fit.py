@@ -1,4 +1,4 @@
-"""The blendshape fit: each term's derivative, and known weights found again."""
+"""The blendshape fit: the depth term's derivative, and known weights found again."""
 
 from dataclasses import replace
 
@@ -7,22 +7,12 @@ import pytest
 
 import tracking_stage as stage
 from mien._kernels import track
-from mien.landmarks.on_rig import FEATURES
-from mien.tracking.fit import (
-    BlendshapeFitConfig,
-    depth_term,
-    feature_term,
-    fit_blendshapes,
-    gap_term,
-    landmark_rows,
-    normal_equations,
-    without_head,
-)
+from mien.tracking.fit import depth_term, fit_blendshapes
 from mien.tracking.preprocess_frame import PreprocessFrameConfig, preprocess_frame
 from mien.tracking.rigid import LEVER, RigidConfig, correspond, moved
+from mien.tracking.terms.fit_config import BlendshapeFitConfig
 
 PLAIN = BlendshapeFitConfig(robust_scale_mm=1e9, features=13.8, gaps=2.0)
-IDS = np.array(FEATURES)
 
 
 @pytest.fixture(scope="module")
@@ -38,26 +28,6 @@ def turned(T, z, centre):
     motion = z[-6:].copy()
     motion[:3] /= LEVER
     return moved(T, motion, centre)
-
-
-@pytest.mark.parametrize("name", ["feature", "gap"])
-def test_landmark_terms_have_the_right_derivative(scene, name):
-    """The residual after a small change is the residual before, less the rows times the change."""
-    m, T, _, observation = scene
-    x, centre = np.full(m.shapes, 0.2), T.apply(m.centre[None])[0]
-
-    def term(x, T):
-        if name == "feature":
-            return feature_term(m, IDS, observation.rays[IDS], x, T, centre, PLAIN)
-        return gap_term(m, observation.rays, x, T, centre, PLAIN)
-
-    rows, right = term(x, T)
-    rng = np.random.default_rng(0)
-    for _ in range(4):
-        z = rng.normal(0, 1e-4, m.shapes + 6)
-        _, after = term(x + z[:-6], turned(T, z, centre))
-        tolerance = 0.02 if name == "feature" else 0.08
-        assert np.abs(right - rows @ z - after).max() < tolerance * np.abs(rows @ z).max()
 
 
 def matched(m, x, T, observation):
@@ -88,38 +58,11 @@ def test_weights_do_not_depend_on_how_finely_the_mesh_is_cut(scene):
     assert abs(m.share.sum() - 1) < 1e-5
 
 
-def test_features_without_the_head_ignore_a_common_shift(scene):
-    m, T, _, observation = scene
-    centre = T.apply(m.centre[None])[0]
-    terms = []
-    for shift in (0.0, 0.01):
-        rays = observation.rays[IDS] + shift
-        terms.append(without_head(*feature_term(m, IDS, rays, np.zeros(m.shapes), T, centre, PLAIN)))
-    assert np.abs(terms[0][0][:, -6:]).max() == 0
-    assert np.abs(terms[0][1] - terms[1][1]).max() < 0.08 * 0.01 * 600 * np.sqrt(13.8)
-
-
-def test_landmark_rows_give_the_landmarks_themselves(scene):
-    m, T, truth, _ = scene
-    _, points = landmark_rows(m, IDS, truth, T, T.translation)
-    expected = stage.told(stage.person(), truth, T).points[IDS]
-    np.testing.assert_allclose(stage.CAMERA.project(points), expected, atol=1e-9)
-
-
-def test_normal_equations_add_up(scene):
-    m, T, _, observation = scene
-    centre = T.apply(m.centre[None])[0]
-    one = feature_term(m, IDS, observation.rays[IDS], np.zeros(m.shapes), T, centre, PLAIN)
-    A, b = normal_equations([one, one], m.shapes)
-    np.testing.assert_allclose(A, 2 * one[0].T @ one[0], rtol=1e-4, atol=1e-3 * np.abs(A).max())
-    np.testing.assert_allclose(b, 2 * one[0].T @ one[1], rtol=1e-4, atol=1e-3 * np.abs(b).max())
-
-
 def test_known_weights_and_pose_are_found(scene):
     m, _, truth, observation = scene
     light = BlendshapeFitConfig(
         rounds=8, ridge=0.5, l1=0.5, temporal_weight=0.0, features=13.8, head_relative_landmarks=False,
-        refine_pose_mm=0.0, eyes=0.0,
+        refine_pose_mm=0.0, symmetry=0.0, opposition=0.0,
     )  # fmt: skip
     start = stage.pose((0.09, 0.16, 0.05), (2, 2, 2))
     found = fit_blendshapes(m, observation, np.zeros(m.shapes), start, light)

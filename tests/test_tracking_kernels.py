@@ -94,9 +94,7 @@ def test_plane_offsets_and_mean_squares_agree(scene):
     model, T, points, *_ = scene
     found, plane, weight = matched(scene)
     offsets = track.plane_offsets(points, found, plane, weight, T.rotation)
-    np.testing.assert_allclose(
-        offsets, track_twin.plane_offsets(points, found, plane, weight, T.rotation), atol=1e-3
-    )
+    np.testing.assert_allclose(offsets, track_twin.plane_offsets(points, found, plane, weight, T.rotation), atol=1e-3)
     expected = track_twin.mean_square(model.share, offsets)
     assert track.mean_square(model.share, offsets) == pytest.approx(expected, rel=1e-4)
 

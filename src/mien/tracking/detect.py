@@ -11,9 +11,9 @@ from ..landmarks.in_depth import lifted
 from ..landmarks.on_rig import IRISES
 from ..register.rigid import procrustes
 from ..transforms import Transform
-from .fit import landmark_rows
 from .model import TrackingModel
 from .rigid import LEVER, moved
+from .terms.features import landmark_rows
 
 EYE_CORNERS = [33, 263]
 PLAUSIBLE = (0.6, 1.6)

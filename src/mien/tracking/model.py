@@ -12,17 +12,10 @@ from ..landmarks.on_rig import FEATURES, LandmarkMap, skin_faces
 from ..mesh import Mesh, adjacency, boundary_vertices, mass, vertex_normals
 from ..rig import Rig
 from .packed_basis import PackedBasis, pack
+from .terms.weight_prior import WeightPrior, weight_prior
 
 POINTS = 3480.0
 """What the depth term weighs in all, in vertices: the frontal vertices of the paper's mesh, whatever ours has."""
-
-EYES, SMILES = ("eyeBlink", "eyeLookIn", "eyeLookOut"), ("mouthSmile",)
-"""Shapes that MediaPipe scores well. It hardly ever scores cheeks, nose, jaw to the side or rolled lips, and its brows,
-squints and puckers wander from face to face."""
-
-SCORED = ("brow", "eyeSquint", "eyeWide", "jawOpen", "mouthFunnel", "mouthPucker", "mouthUpperUp", "mouthLowerDown",
-          "mouthStretch")
-"""Shapes whose scores say something once their baseline is taken out, though less than smiles and blinks."""
 
 
 @dataclass(frozen=True)
@@ -61,12 +54,8 @@ class TrackingModel:
     """Share times how little the shapes move a vertex along its normal: what the head's pose is measured on."""
     size: Float[np.ndarray, " k"]
     """How far each shape moves the front, mm root mean square."""
-    eyes: Bool[np.ndarray, " k"]
-    """Blinks and gaze to the side, which the landmarker scores well."""
-    smiles: Bool[np.ndarray, " k"]
-    """Smiles, which it scores fairly well."""
-    scored: Bool[np.ndarray, " k"]
-    """Other shapes whose scores say something."""
+    prior: WeightPrior
+    """What the shapes' names say of their coefficients."""
     scale_mm: float
     """Distance between the outer eye corners on the neutral, mm."""
 
@@ -128,9 +117,7 @@ def tracking_model(rig: Rig, landmarks: LandmarkMap, reach: float = 45.0) -> Tra
         centre=mesh.vertices[front].mean(0),
         pose_weights=_pose_weights(rig, front, area),
         size=np.sqrt(np.einsum("f,fdk->k", share, basis.astype(np.float64) ** 2)),
-        eyes=np.array([name.startswith(EYES) for name in rig.names]),
-        smiles=np.array([name.startswith(SMILES) for name in rig.names]),
-        scored=np.array([name.startswith(SCORED) for name in rig.names]),
+        prior=weight_prior(rig.names),
         scale_mm=_eye_span(landmarks, mesh),
     )
 

@@ -19,9 +19,9 @@ from ..rig import Performance, Rig
 from ..rig.facs import FACS23
 from ..transforms import Transform
 from .correctives import CorrectiveBasis, CorrectiveConfig, with_correctives
-from .fit import BlendshapeFitConfig
 from .model import TrackingModel, tracking_model
 from .person.personalize import PATIENCE, no_face, with_scale
+from .terms.fit_config import BlendshapeFitConfig
 from .tracker import step_or_lose
 from .tracker_context import NoTimer, StageTimer, TrackConfig, TrackResult, initial_state, tracker_context
 
@@ -34,7 +34,7 @@ class TrackTakeConfig:
     """Tracking a whole take."""
 
     track: TrackConfig = field(default_factory=TrackConfig)
-    video: BlendshapeFitConfig = field(default_factory=lambda: BlendshapeFitConfig(alone=2.0, scores=500.0))
+    video: BlendshapeFitConfig = field(default_factory=lambda: BlendshapeFitConfig(alone=2.0))
     """The blendshape fit where there is no depth: landmarks weigh less than the paper's, the landmarker's scores more
     than beside depth."""
     correctives: CorrectiveConfig = field(default_factory=CorrectiveConfig)

@@ -8,7 +8,7 @@ from jaxtyping import Float, Float32
 from ..camera import Camera
 from ..depth import RGBDFrame, Window, bilateral, window_around
 from ..landmarks.detector import Landmarks2D
-from .photometric import PhotometricConfig, contrasts
+from .terms.photometric import PhotometricConfig, contrasts
 
 ENOUGH = 0.5
 """Share of the landmarks that must be numbers for the others to be believed."""

@@ -14,13 +14,13 @@ from ..solve.incremental_pca import IncrementalPca, IncrementalPcaConfig
 from ..solve.kalman import KalmanConfig, KalmanState
 from ..transforms import Transform
 from .adaptive import DeformConfig, LaplacianDeformation, Subspace, anchor_space
-from .fit import BlendshapeFitConfig
 from .landmark_bias import Bias, BiasConfig, ScoreBaseline, no_baseline, no_bias
 from .model import TrackingModel
-from .photometric import Reference, no_reference
 from .preprocess_frame import PreprocessFrameConfig
 from .reproject_weights import WeightReprojection
 from .rigid import RigidConfig
+from .terms.fit_config import BlendshapeFitConfig
+from .terms.photometric import Reference, no_reference
 
 P = ParamSpec("P")
 R = TypeVar("R")

@@ -4,7 +4,13 @@ import numpy as np
 
 import tracking_stage as stage
 from mien._kernels import track_photo
-from mien.tracking.photometric import PhotometricConfig, contrasts, learn_reference, no_reference, photometric_match
+from mien.tracking.terms.photometric import (
+    PhotometricConfig,
+    contrasts,
+    learn_reference,
+    no_reference,
+    photometric_match,
+)
 
 
 def test_a_box_is_the_mean_of_what_lies_inside():

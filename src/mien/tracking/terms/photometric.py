@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float32, UInt8
 
-from .._kernels import track, track_photo
-from ..transforms import Transform
+from ..._kernels import track, track_photo
+from ...transforms import Transform
 
 DARK = 8.0
 """Grey levels, of 255, added to the mean that contrast is taken by: in the dark it is noise."""
