@@ -27,7 +27,7 @@ def without(mesh: Mesh, place: np.ndarray, reach: float) -> Mesh:
 def test_a_brown_actor_stays_brown_where_a_scan_shows_them_and_where_none_does():
     template = bundled_template()
     skin = template.skin
-    smile = template.from_bundled @ load_face().rig.deltas[load_face().rig.index("mouthSmileLeft")]
+    smile = load_face().rig.deltas[load_face().rig.index("mouthSmileLeft")][template.members]
     cheek = skin.vertices[np.argmax(skin.vertices[:, 2])] + np.array([25.0, 0.0, 0.0])
     rest = without(painted(front_of(skin)), cheek, 12.0)
     other = painted(front_of(skin.with_vertices(skin.vertices + smile)), exposure=1.5)

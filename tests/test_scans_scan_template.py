@@ -52,9 +52,17 @@ def test_any_mesh_can_be_the_template():
     np.testing.assert_allclose(laid.vertices, manifold_part(piece).vertices + out, atol=0.05)
 
 
-def test_displacements_of_the_bundled_face_carry_over_at_every_density():
-    face = load_face()
-    mesh, S = loop_subdivide(face.rig.neutral)
-    template = make_template(mesh, face)
-    moved = face.rig.deltas[face.rig.index("jawOpen")]
-    np.testing.assert_allclose(template.from_bundled @ moved, (S @ moved)[template.members], atol=1e-9)
+def test_lips_and_lids_have_their_sides_and_still_skin_stays_still_at_every_density():
+    face, coarse = load_face(), bundled_template()
+    mesh, _ = loop_subdivide(face.rig.neutral)
+    fine = make_template(mesh, face)
+    for template in (coarse, fine):
+        assert set(template.sides) == {-3, -2, -1, 0, 1, 2, 3}
+        lips = [template.skin.vertices[template.sides == value, 1].mean() for value in (1, -1)]
+        assert lips[0] > lips[1] + 2.0
+    old = fine.members < len(face.rig.neutral.vertices)
+    alike = fine.sides[old] == coarse.sides
+    assert alike.mean() > 0.98
+    forehead = fine.regions["forehead_left"] > 0.9
+    mouth = fine.regions["mouth"] > 0.9
+    assert np.median(fine.mobility[mouth]) > 3 * np.median(fine.mobility[forehead])

@@ -17,7 +17,7 @@ def expression() -> np.ndarray:
     rig = load_face().rig
     names = ("jawOpen", "mouthSmileLeft", "mouthSmileRight", "browInnerUp")
     deltas = sum(0.7 * rig.deltas[rig.index(name)] for name in names)
-    return template().skin.vertices + template().from_bundled @ deltas
+    return template().skin.vertices + deltas[template().members]
 
 
 def apart(T: Transform, other: Transform) -> float:

@@ -1,8 +1,8 @@
 """Large-scale registration: the template deformed to every scan (Huang et al. 2011, sec. 6.1, eq. 7).
 
 Beside the paper: lips and lids, which have few markers or none, are held by landmarks, on the template where the
-detector saw them on the neutral scan, so that its own bias takes itself off. A scan may also start from the bundled
-face that was fitted to it alone (`LargeScaleConfig.from_fit`).
+detector saw them on the neutral scan, so that its own bias takes itself off; and the
+two lips, or lids of an eye, never match each other.
 """
 
 from dataclasses import dataclass, field
@@ -13,7 +13,7 @@ from jaxtyping import Bool, Float
 from ..fitting.register_scan import LIPS_AND_LIDS
 from ..landmarks.detector import bundled_landmarks
 from ..mesh import Attachment, Mesh, closest_point
-from ..register import Anchors, NonrigidConfig, Surface, Template
+from ..register import Anchors, NonrigidConfig, Surface
 from .scan_template import ScanTemplate
 
 
@@ -21,15 +21,13 @@ from .scan_template import ScanTemplate
 class LargeScaleConfig:
     """The large-scale step (sec. 6.1, eq. 7), with the paper's weights."""
 
-    nonrigid: NonrigidConfig = field(default_factory=lambda: NonrigidConfig(coarse=()))
-    """w1 = 10000, w2 = 1, w3 = 0.1, 0.5, 2."""
+    nonrigid: NonrigidConfig = field(default_factory=lambda: NonrigidConfig(coarse=(), plane=1.0, membrane=0.2))
+    """w1 = 10000, w2 = 1, w3 = 0.1, 0.5, 2. Closest points say nothing along the skin: between markers it is the
+    resistance to stretching that does."""
     landmarks: float = 0.1
     """Weight of lip and lid landmarks, against `nonrigid.markers` of a marker; 0: none, as in the paper."""
     landmark_slack: float = 1.5
     """A landmark on which the views disagree by this much counts half, mm."""
-    from_fit: bool = False
-    """Start from the face that was fitted to the scan alone, whose open lips look right but whose skin has slid along
-    itself; False: from the neutral one, as in the paper."""
 
 
 @dataclass(frozen=True)
@@ -54,8 +52,6 @@ class LargeScaleTarget:
     """Markers that count."""
     landmarks: tuple[ScanLandmarks, ScanLandmarks] | None
     """On the neutral scan and on this one."""
-    fits: tuple[Float[np.ndarray, "bundled 3"], Float[np.ndarray, "bundled 3"]] | None
-    """The bundled face on the neutral scan and on this one, each fitted by itself; face space, mm."""
 
 
 def register(
@@ -72,18 +68,10 @@ def register(
     anchors = Anchors(attachment, target.skin_points, target.covered.astype(float))
     if target.landmarks is not None and config.landmarks:
         anchors = _joined(anchors, _landmark_anchors(template, *target.landmarks, config))
-    body = template.body
-    if target.fits is not None and config.from_fit:
-        body = Template(template.skin.with_vertices(start_from_fit(template, *target.fits)))
-    found = body.register(Surface(target.mesh), anchors, config.nonrigid, trust=template.trust)
+    found = template.body.register(
+        Surface(target.mesh), anchors, config.nonrigid, trust=template.trust, sides=template.sides
+    )
     return found.vertices.astype(np.float32).astype(np.float64)
-
-
-def start_from_fit(
-    template: ScanTemplate, neutral: Float[np.ndarray, "bundled 3"], other: Float[np.ndarray, "bundled 3"]
-) -> Float[np.ndarray, "n 3"]:
-    """The template's skin moved as the bundled face moves from its fit to the neutral scan to that to another, mm."""
-    return template.skin.vertices + template.from_bundled @ (other - neutral)
 
 
 def _landmark_anchors(

@@ -207,8 +207,7 @@ def correspond_coarsely(
     for scan, there, counts in zip(placed.scans[1:], points[1:], covered[1:], strict=True):
         here, front = scan.landmarks, neutral.landmarks
         seen = None if here is None or front is None else (front, here)
-        fits = None if neutral.fit is None or scan.fit is None else (neutral.fit, scan.fit)
-        target = LargeScaleTarget(scan.mesh, there, counts, seen, fits)
+        target = LargeScaleTarget(scan.mesh, there, counts, seen)
         inputs.append({"template": template, "attachment": attachment, "target": target, "config": config})
     others = cached.each("scans to one topology", large_scale.register, inputs)
     return CoarselyCorresponded(placed, template, attachment, covered, np.stack([template.skin.vertices, *others]))

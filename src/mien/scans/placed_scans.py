@@ -29,8 +29,6 @@ class PlacedScan:
     """Similarity: the file's frame and unit -> face space, mm."""
     landmarks: ScanLandmarks | None
     """Lips and lids as seen on it; None where no face was found."""
-    fit: Float[np.ndarray, "n 3"] | None
-    """The bundled topology on it, face space, mm; None where no face was found."""
 
     def moved(self, T: Transform) -> "PlacedScan":
         """The same elsewhere in face space."""
@@ -40,7 +38,6 @@ class PlacedScan:
             mesh=self.mesh.with_vertices(T.apply(self.mesh.vertices)),
             T_face_scan=T @ self.T_face_scan,
             landmarks=landmarks,
-            fit=None if self.fit is None else T.apply(self.fit),
         )
 
 
@@ -114,11 +111,10 @@ def _placed(
     T_face_scan = replace(T_face_mm, scale=scan.unit_mm(neutral_mm))
     mesh = frame.mesh.with_vertices(T_face_mm.apply(frame.mesh.vertices))
     if scan.fit is None:
-        return PlacedScan(scan.name, scan.frame, mesh, T_face_scan, None, None)
+        return PlacedScan(scan.name, scan.frame, mesh, T_face_scan, None)
     seen = scan.fit.landmarks
     landmarks = ScanLandmarks(T_face_scan.apply(seen.points), seen.disagreement)
-    fit = (T_face_scan @ scan.fit.T_face_scan.inverse()).apply(scan.fit.mesh.vertices)
-    return PlacedScan(scan.name, scan.frame, mesh, T_face_scan, landmarks, fit)
+    return PlacedScan(scan.name, scan.frame, mesh, T_face_scan, landmarks)
 
 
 def _rigid(T: Transform) -> Transform:

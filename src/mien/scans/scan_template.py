@@ -52,8 +52,8 @@ class ScanTemplate:
     """0 at the edges of lids and lips, 1 some millimetres off: there are no features to follow on an edge."""
     mobility: Float[np.ndarray, " n"]
     """How far the bundled face's shapes move each of the skin's vertices, rms over the shapes, mm."""
-    from_bundled: sp.csr_matrix
-    """(n, bundled): displacements of the skin's vertices from those of the bundled face's."""
+    sides: Int[np.ndarray, " n"]
+    """Which of two lips or lids each vertex is of (see `register.sides`); 0 elsewhere."""
 
     @cached_property
     def body(self) -> Template:
@@ -83,9 +83,8 @@ def make_template(mesh: Mesh, face: BundledFace, off_face: float = 0.15) -> Scan
     """A template of a mesh that has the bundled topology, subdivided any number of times (face space, mm)."""
     names = ("face", *FINE_REGIONS)
     parts = {name: _mask(part, len(face.rig.neutral.vertices)) for name, part in face.parts.items()}
-    masks = np.stack(
-        [TemplateParts(face).trusted(off_face), *(face.regions[name] for name in names), *parts.values()], 1
-    )
+    body = TemplateParts(face)
+    masks = np.stack([body.trusted(off_face), *(face.regions[name] for name in names), *parts.values()], 1)
     faces, spread = face.rig.neutral.faces, sp.csr_matrix(sp.identity(len(masks)))
     while len(faces) < len(mesh.faces):
         step = loop_refinement(faces, len(masks))
@@ -107,8 +106,15 @@ def make_template(mesh: Mesh, face: BundledFace, off_face: float = 0.15) -> Scan
         parts=members_of,
         fine_weight=_fine_weight(mesh.vertices, trust, face)[members],
         mobility=np.sqrt(np.mean(moved, axis=0)),
-        from_bundled=from_bundled,
+        sides=_carried_sides(from_bundled, body.sides),
     )
+
+
+def _carried_sides(carry: sp.csr_matrix, sides: Int[np.ndarray, " k"]) -> Int[np.ndarray, " n"]:
+    """Sides of points that are averages (rows of `carry`) of vertices whose sides are known: what most of it is of."""
+    values = np.unique(sides)
+    votes = np.stack([carry @ (sides == value) for value in values], axis=1)
+    return values[votes.argmax(axis=1)]
 
 
 def _fine_weight(
@@ -147,7 +153,7 @@ def own_template(mesh: Mesh, bundled: ScanTemplate) -> ScanTemplate:
         parts={},
         fine_weight=D @ bundled.fine_weight,
         mobility=D @ bundled.mobility,
-        from_bundled=sp.csr_matrix(D @ bundled.from_bundled),
+        sides=_carried_sides(D, bundled.sides),
     )
 
 

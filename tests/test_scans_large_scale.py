@@ -1,0 +1,79 @@
+"""The template on a scan of another expression: eq. 7, between markers and across closed lips."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from mien.faces import load_face
+from mien.landmarks.detector import bundled_landmarks
+from mien.mesh import Mesh
+from mien.register import NonrigidConfig
+from mien.scans.large_scale import LargeScaleConfig, LargeScaleTarget, ScanLandmarks, register
+from mien.scans.scan_template import ScanTemplate
+from small_scans import bundled_template, front_of, sheet
+
+
+def smiling() -> np.ndarray:
+    rig = load_face().rig
+    deltas = sum(0.8 * rig.deltas[rig.index(f"mouthSmile{side}")] for side in ("Left", "Right"))
+    return bundled_template().skin.vertices + deltas[bundled_template().members]
+
+
+def target(goal: np.ndarray, landmarks=None) -> tuple:
+    """A scan of the expression with 60 markers: attachment and target."""
+    template = bundled_template()
+    face = np.flatnonzero((template.regions["face"] > 0.5) & template.shown)
+    some = face[:: len(face) // 60]
+    attachment = template.attachment_of(template.skin.vertices, template.skin.vertices[some])
+    points = attachment.points(template.skin.with_vertices(goal))
+    scan = front_of(template.skin.with_vertices(goal))
+    return attachment, LargeScaleTarget(scan, points, np.ones(len(points), bool), landmarks)
+
+
+def plain_template(mesh: Mesh) -> ScanTemplate:
+    """A mesh that is all skin."""
+    n = len(mesh.vertices)
+    one, nothing = np.ones(n), np.zeros(n)
+    return ScanTemplate(
+        mesh, np.arange(len(mesh.faces)), np.arange(n), mesh, one, {}, {}, one, nothing, nothing.astype(int)
+    )
+
+
+def test_skin_between_markers_is_stretched_evenly_and_not_held_by_closest_points():
+    """A flat sheet whose rims are pulled apart by a tenth, on a larger one: every point moves in proportion."""
+    flat = sheet(15).with_vertices(sheet(15).vertices * [1, 1, 0])
+    template = plain_template(flat)
+    rim = flat.vertices[np.abs(flat.vertices[:, 0]) > 59]
+    attachment = template.attachment_of(flat.vertices, rim)
+    larger = sheet(5, 100.0).with_vertices(sheet(5, 100.0).vertices * [1, 1, 0])
+    scan = LargeScaleTarget(larger, rim * [1.1, 1, 1], np.ones(len(rim), bool), None)
+    papers = LargeScaleConfig(NonrigidConfig(coarse=()))
+    even = flat.vertices * [1.1, 1, 1]
+    off = [np.abs(register(template, attachment, scan, c) - even).max() for c in (LargeScaleConfig(), papers)]
+    assert off[0] < 0.3
+    assert off[1] > 2 * off[0]
+
+
+def test_a_scan_of_an_expression_is_met_between_its_markers():
+    template, goal = bundled_template(), smiling()
+    shown = (template.regions["face"] > 0.5) & template.shown
+    found = register(template, *target(goal))
+    assert np.linalg.norm(found - goal, axis=1)[shown].mean() < 0.6
+    assert np.linalg.norm(goal - template.skin.vertices, axis=1)[shown].mean() > 2.0
+
+
+def test_lip_and_lid_landmarks_pull_and_can_be_switched_off():
+    template, goal = bundled_template(), smiling()
+    seen = np.full((478, 3), np.nan)
+    lip = np.flatnonzero(template.sides == 1)[::3][:20]
+    where = template.skin.vertices
+    group = bundled_landmarks().groups["lips_outer"][: len(lip)]
+    before, after = seen.copy(), seen.copy()
+    before[group], after[group] = where[lip[: len(group)]], where[lip[: len(group)]] + [0.0, 0.0, 4.0]
+    sure = np.zeros(478)
+    attachment, scan = target(goal, (ScanLandmarks(before, sure), ScanLandmarks(after, sure)))
+    pulled = register(template, attachment, scan, LargeScaleConfig(landmarks=100.0))
+    without = register(template, attachment, scan, LargeScaleConfig(landmarks=0.0))
+    none = register(template, attachment, replace(scan, landmarks=None))
+    np.testing.assert_array_equal(without, none)
+    assert np.abs(pulled - without)[lip[: len(group)]].max() > 1.0
