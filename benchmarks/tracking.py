@@ -3,7 +3,8 @@
     python benchmarks/tracking.py [--frames 120] [--json out.json]
 
 The mesh is the bundled face cut anew to the paper's size (about 6,900 vertices, 3,480 in front), the images are
-640 x 480 with 0.8 mm of noise at 0.7 m, and landmarks are told, since they come from another thread.
+640 x 480 with 0.8 mm of noise at 0.7 m and a mottled skin for the photometric term; landmarks are told, since they come
+from another thread.
 """
 
 import os
@@ -26,7 +27,7 @@ from mien.faces.bundled import load_face
 from mien.landmarks.detector import Landmarks2D
 from mien.landmarks.on_rig import LandmarkMap, attach_landmarks, bundled_map, feature_points
 from mien.mesh import Mesh, loop_subdivide
-from mien.pictures.raycast import depth_image
+from mien.pictures.raycast import DepthImage, depth_image
 from mien.rig import Rig
 from mien.tracking.model import tracking_model
 from mien.tracking.tracker import step
@@ -44,6 +45,7 @@ PAPER = {
     "output deformation": 4.2,
     "incremental PCA": 3.0,
     "standing errors": None,
+    "appearance": None,
     "weights anew": None,
 }
 
@@ -79,6 +81,7 @@ def stage(rig: Rig, landmarks: LandmarkMap, frames: int):
     """Frames and landmarks of a face that talks, smiles and bulges in ways its rig does not know."""
     rng = np.random.default_rng(0)
     spot = landmarks.attachment.points(rig.neutral)[425]
+    albedo = rng.uniform(120, 160, len(rig.neutral.vertices))
     near = np.exp(-(((rig.neutral.vertices - spot) ** 2).sum(1)) / 20**2)[:, None]
     for t in range(frames):
         weights = np.zeros(len(rig.names))
@@ -88,10 +91,19 @@ def stage(rig: Rig, landmarks: LandmarkMap, frames: int):
         mesh = mesh.with_vertices(mesh.vertices + near * [3, 0, 5] * np.sin(t / 9) ** 2)
         turn = rotation_from_vector(np.array([0.1 * np.sin(t / 20), 0.2 * np.sin(t / 25), 0.0]))
         T = Transform(np.diag([1.0, -1.0, -1.0]) @ turn, np.array([10 * np.sin(t / 15), 0.0, 700.0]))
-        depth = depth_image(mesh, CAMERA, T).depth
+        seen = depth_image(mesh, CAMERA, T)
+        depth = seen.depth
         depth = np.nan_to_num(depth + rng.normal(0, 0.8, depth.shape)).astype(np.float32)
         points = CAMERA.project(T.apply(landmarks.attachment.points(mesh))) + rng.normal(0, 0.3, (478, 2))
-        yield RGBDFrame(None, depth, t / 30), Landmarks2D(points, np.zeros(478), {})
+        yield RGBDFrame(coloured(seen, mesh, albedo), depth, t / 30), Landmarks2D(points, np.zeros(478), {})
+
+
+def coloured(seen: DepthImage, mesh: Mesh, albedo: np.ndarray) -> np.ndarray:
+    """The picture (h, w, 3) of a skin with a grey level a vertex."""
+    there = seen.faces >= 0
+    grey = np.zeros(seen.faces.shape)
+    grey[there] = (albedo[mesh.faces[seen.faces[there]]] * seen.barycentric[there]).sum(1)
+    return np.repeat(grey.astype(np.uint8)[:, :, None], 3, axis=2)
 
 
 def measure(frames: int) -> dict:

@@ -22,7 +22,7 @@ from .reproject_weights import box_solve
 from .rigid import LEVER, DepthCorrespondences, RigidConfig, correspond, moved, pose_step
 from .terms.features import feature_rows, normal_equations
 from .terms.fit_config import BlendshapeFitConfig
-from .terms.photometric import Reference, photometric_match
+from .terms.photometric import PhotometricConfig, Reference, photometric_match
 from .terms.weight_prior import add_priors
 
 System = tuple[np.ndarray, np.ndarray]
@@ -60,17 +60,18 @@ def fit_blendshapes(
 ) -> FitResult:
     """Alternate correspondences and box-constrained solves, from the last frame's weights and this frame's pose."""
     x, error, covered, breach = weights, np.nan, 0.0, 0.0
-    normals = track.vertex_normals(model.blend(x), model.faces)
+    vertices = model.blend(x)
+    normals = track.vertex_normals(vertices, model.faces)
     match = None
     for done in range(config.rounds):
         centre = T_camera_face.apply(model.centre[None])[0]
-        match = None
-        A, b = normal_equations(feature_rows(model, observation, x, T_camera_face, centre, config), model.shapes)
+        features = feature_rows(model, observation, x, T_camera_face, centre, config)
+        A, b = normal_equations(features, model.shapes)
         if observation.depth is not None:
-            match = correspond(model.blend(x), normals, T_camera_face, observation, rigid)
+            match = correspond(vertices, normals, T_camera_face, observation, rigid)
             (gram, product), error, covered = depth_term(model, match, T_camera_face, centre, config)
             A, b = A + gram, b + product
-        look = appearance(model, observation, match, x, normals, T_camera_face, reference, done, config)
+        look = appearance(observation, match, vertices, normals, T_camera_face, reference, done, config.photometric)
         if look is not None:
             gram, product = photometric_term(model, look, T_camera_face, centre, config)
             A, b = A + gram, b + product
@@ -78,11 +79,12 @@ def fit_blendshapes(
         change, left = _solve(A, b, x, config.pose)
         breach = max(breach, left)
         x = np.clip(x + change[: model.shapes], 0.0, 1.0)
+        vertices = model.blend(x)
         motion = change[model.shapes :].copy()
         motion[:3] /= LEVER
         T_camera_face = moved(T_camera_face, motion, centre)
         if match is not None and config.refine_pose_mm:
-            T_camera_face = refine_pose(model, model.blend(x), match, T_camera_face, config)
+            T_camera_face = refine_pose(model, vertices, match, T_camera_face, config)
     return FitResult(x, T_camera_face, error, covered, breach, None if match is None else match.weight)
 
 
@@ -102,21 +104,26 @@ def refine_pose(
 
 
 def appearance(
-    model: TrackingModel, observation: FrameObservation, match: DepthCorrespondences | None, x, normals, T_camera_face,
-    reference: Reference | None, done: int, config: BlendshapeFitConfig,
-) -> DepthCorrespondences | None:  # fmt: skip
+    observation: FrameObservation,
+    match: DepthCorrespondences | None,
+    vertices: Float32[np.ndarray, "f 3"],
+    normals: Float32[np.ndarray, "f 3"],
+    T_camera_face: Transform,
+    reference: Reference | None,
+    done: int,
+    config: PhotometricConfig,
+) -> DepthCorrespondences | None:
     """Planes that the vertices should lie on to show what they used to; None where nothing is known of that."""
-    if observation.contrast is None or reference is None or not reference.frames or not config.photometric.weight:
+    if observation.contrast is None or reference is None or not reference.frames or not config.weight:
         return None
-    c = config.photometric
-    level = sorted(set(c.smooth)).index(c.smooth[min(done, len(c.smooth) - 1)])
-    points = track.place(model.blend(x), T_camera_face.rotation, T_camera_face.translation)
+    level = sorted(set(config.smooth)).index(config.smooth[min(done, len(config.smooth) - 1)])
+    points = track.place(vertices, T_camera_face.rotation, T_camera_face.translation)
     turned = track.place(normals, T_camera_face.rotation, np.zeros(3))
-    valid = reference.weight(c.frames)
+    valid = reference.weight(config.frames)
     if match is not None:
         valid = valid * (match.weight > 0)
     found, plane, weight, _ = photometric_match(
-        points, turned, observation.contrast[level], observation.intrinsics, reference.contrast[level], valid, c
+        points, turned, observation.contrast[level], observation.intrinsics, reference.contrast[level], valid, config
     )
     return DepthCorrespondences(points, found, plane, weight)
 

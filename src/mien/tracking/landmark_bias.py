@@ -88,11 +88,12 @@ def learn_bias(
     config: BiasConfig,
 ) -> Bias:
     """Compare the features as seen (`raw`) with the tracked face, the offset common to all left out."""
-    if raw.rays is None or not config.memory or not np.isfinite(raw.rays[list(FEATURES)]).any():
+    if raw.rays is None or not config.memory or not np.isfinite(raw.rays[list(FEATURES)]).all(1).any():
         return bias
     points = T_camera_face.apply(model.features(vertices))
     offsets = raw.rays[list(FEATURES)] * points[:, 2:] - points[:, :2]
-    offsets -= np.nanmedian(offsets, axis=0)
+    known = np.isfinite(offsets).all(1)
+    offsets -= np.median(offsets[known], axis=0)
     turn = _turn(T_camera_face, config)
     believed = np.linalg.norm(offsets, axis=1) <= config.largest
     expected = np.tensordot(turn, bias.coefficients, axes=1)

@@ -7,8 +7,9 @@ from jaxtyping import Float, Float32, Int, Int32
 
 from .._kernels.track_fit import BLOCK, blend
 
-LEAST = 0.01
-"""Millimetres: a shape that moves no vertex of a block farther than this is left out of it."""
+LEAST = 0.05
+"""Millimetres: a shape that moves no vertex of a block farther than this is left out of it. The normal equations cost
+the square of the shapes a block: 0.01 keeps 47 of 52 and takes twice as long, and films come out the same."""
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from jaxtyping import Float
 from .fit_config import BlendshapeFitConfig
 
 SCORE_DEVIATIONS = {
-    "eyeBlink": 0.12, "eyeLookIn": 0.19, "eyeLookOut": 0.21, "eyeLookUp": 0.24, "eyeLookDown": 0.24, "eyeSquint": 0.24,
+    "eyeBlink": 0.12, "eyeLookIn": 0.19, "eyeLookOut": 0.21, "eyeSquint": 0.24,
     "eyeWide": 0.24, "jawOpen": 0.12, "mouthSmile": 0.18, "mouthFunnel": 0.20, "mouthPucker": 0.21,
     "mouthStretch": 0.22, "mouthUpperUp": 0.23, "browInnerUp": 0.19, "browOuterUp": 0.19, "browDown": 0.24,
 }  # fmt: skip
@@ -123,5 +123,6 @@ def add_priors(
         b[:k] += trust * (np.nan_to_num(scores) - x)
         diagonal += trust
     coupling = config.symmetry * prior.symmetry + config.opposition * prior.opposition
-    A[:k, :k] += coupling + np.diag(diagonal)
+    A[:k, :k] += coupling
+    A[np.arange(k), np.arange(k)] += diagonal
     b[:k] -= coupling @ x
