@@ -12,12 +12,12 @@ from .outputs import FOLDER, check_outputs
 
 @verb
 def demo(
-    what: Literal["markers", "scans", "rgbd"] = "markers",
+    what: Literal["markers", "scans", "rgbd", "detail"] = "markers",
     *,
     output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("demo"),
     seed: int = 1,
     seconds: float | None = None,
-    markers: int = 100,
+    markers: int | None = None,
 ) -> None:
     """Stage a performance, record it with faults, solve it, score it against the truth, and show it.
 
@@ -32,11 +32,17 @@ def demo(
     seconds
         Length of the take; 20 for markers, 12 for the others where not given.
     markers
-        How many markers the performer wears.
+        How many markers the performer wears; 178 for detail, 100 for the others where not given.
     """
     check_outputs({FOLDER: output})
     if what == "rgbd":
         refuse_unused("in `demo rgbd`, whose film has none", "markers")
+    if what == "detail":
+        refuse_unused("in `demo detail`, whose clips are of one length", "seconds")
+        output.mkdir(parents=True, exist_ok=True)
+        from .demo_detail import demo_detail
+
+        return demo_detail(output, seed, markers or 178)
     if what != "markers":
         require_landmarker()
     output.mkdir(parents=True, exist_ok=True)
@@ -47,7 +53,7 @@ def demo(
     if what == "scans":
         from .demo_scans import demo_scans
 
-        return demo_scans(output, seed, seconds, markers)
+        return demo_scans(output, seed, seconds, markers or 100)
     from .demo_markers import demo_markers
 
-    demo_markers(output, seed, 20.0 if seconds is None else seconds, markers)
+    demo_markers(output, seed, 20.0 if seconds is None else seconds, markers or 100)

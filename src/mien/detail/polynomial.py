@@ -101,6 +101,11 @@ class PolynomialFit:
             out[part] = np.linalg.solve(gram, self._linear[part])
         return PolynomialMap(out, self.config.order, seen)
 
+    @property
+    def share(self) -> Float[np.ndarray, " p"]:
+        """Of the frames, by weight, that showed each texel."""
+        return self._count / max(self._frames, 1)
+
     def rms(self, polynomial: PolynomialMap) -> Float[np.ndarray, " p"]:
         """Rms length of what the map leaves of the training data at every texel, from the normal equations alone."""
         c = polynomial.coefficients.astype(float)

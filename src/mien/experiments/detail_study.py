@@ -18,8 +18,8 @@ SHIFTS_MM = (0.0, 1.0, 2.0, 4.0)
 """By how far markers are glued off their training places."""
 COUNTS = (60, 100, 178)
 """Markers of a take driven by maps of 178."""
-STANDOFF_MM = 2.0
-"""Of the markers."""
+STANDOFF_MM, JITTER_MM = 2.0, 0.02
+"""Of the markers, as in `DetailStageConfig`."""
 
 
 def placement_errors(stage: DetailStage, config: DetailConfig) -> Iterator[tuple[str, float, float]]:
@@ -49,6 +49,7 @@ def _glued(stage: DetailStage, model: DetailModel, rng, shift: float, count: int
     clips = []
     for clip in stage.unseen.clips:
         still = markers_on_skin(skin, unseen_clip(clip.name, len(clip.markers), stage.seed), attachment, standoff)
+        still = still + JITTER_MM * rng.normal(size=still.shape)
         offset = placement.head.aligned(still) - neutral
         moved = rest + np.einsum("kj,tjd->tkd", placement.carry, offset)
         T = stage.training.head.pose(clip.markers)
