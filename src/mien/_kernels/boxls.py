@@ -5,6 +5,8 @@ from typing import no_type_check
 import numba as nb
 import numpy as np
 
+from ._spread import spread
+
 MATHS = {"reassoc", "contract", "arcp", "nsz"}
 """Fast arithmetic that still knows infinity and NaN."""
 
@@ -242,8 +244,6 @@ def solve_chunk(first, last, gram, linear, lower, upper, warm, tolerance, values
             values[t, i] = w[i]
 
 
-@no_type_check
-@nb.njit(cache=True, nogil=True, parallel=True, error_model="numpy")
 def boxls(gram, linear, lower, upper, warm, tolerance):
     """min 1/2 w'Gw - b'w, lower <= w <= upper, for every frame.
 
@@ -252,8 +252,11 @@ def boxls(gram, linear, lower, upper, warm, tolerance):
     """
     frames, k = linear.shape
     values, breach, pivots = np.empty((frames, k)), np.empty(frames), np.empty(frames, np.int64)
-    for chunk in nb.prange((frames + CHUNK - 1) // CHUNK):
-        first = chunk * CHUNK
-        last = min(first + CHUNK, frames)
-        solve_chunk(first, last, gram, linear, lower, upper, warm, tolerance, values, breach, pivots)
+
+    def solve(first, last):
+        for chunk in range(first, last):
+            ends = chunk * CHUNK, min((chunk + 1) * CHUNK, frames)
+            solve_chunk(*ends, gram, linear, lower, upper, warm, tolerance, values, breach, pivots)
+
+    spread(solve, (frames + CHUNK - 1) // CHUNK)
     return values, breach, pivots

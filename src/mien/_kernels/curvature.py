@@ -3,11 +3,11 @@
 from typing import no_type_check
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
+
+from ._spread import spread
 
 _COMPILE = {"cache": True, "nogil": True, "error_model": "numpy"}
-BLOCK = 2048
-"""Vertices that one thread takes in a row."""
 LEAST = 9
 """Points beyond which a vertex outside the ball is left out: a fit of six unknowns needs some to spare."""
 
@@ -89,8 +89,6 @@ def _fit(centre, found, vertices, normal, A, b, row):
     return -((1 + q * q) * b[3] - 2 * p * q * b[4] + (1 + p * p) * b[5]) / (2 * slope * np.sqrt(slope) * size)
 
 
-@no_type_check
-@njit(parallel=True, **_COMPILE)
 def patch_curvature(vertices, normals, starts, neighbours, radius):
     """Mean curvature (n), 1 / the vertices' unit, from quadratic patches through all vertices within `radius`.
 
@@ -99,11 +97,16 @@ def patch_curvature(vertices, normals, starts, neighbours, radius):
     """
     n = len(vertices)
     result = np.zeros(n)
-    for block in prange((n + BLOCK - 1) // BLOCK):
-        seen, found = np.full(n, -1, np.int64), np.empty(4096, np.int64)
-        A, b, row = np.zeros((6, 6)), np.zeros(6), np.zeros(6)
-        for i in range(block * BLOCK, min(n, (block + 1) * BLOCK)):
-            count = _gather(i, radius, vertices, starts, neighbours, seen, found)
-            if count > 6:
-                result[i] = _fit(i, found[:count], vertices, normals[i], A, b, row)
+    spread(lambda a, b: _patches(vertices, normals, starts, neighbours, radius, a, b, result), n)
     return result
+
+
+@no_type_check
+@njit(**_COMPILE)
+def _patches(vertices, normals, starts, neighbours, radius, first, last, result):
+    seen, found = np.full(len(vertices), -1, np.int64), np.empty(4096, np.int64)
+    A, b, row = np.zeros((6, 6)), np.zeros(6), np.zeros(6)
+    for i in range(first, last):
+        count = _gather(i, radius, vertices, starts, neighbours, seen, found)
+        if count > 6:
+            result[i] = _fit(i, found[:count], vertices, normals[i], A, b, row)

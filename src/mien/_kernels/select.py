@@ -5,6 +5,7 @@ from typing import no_type_check
 import numba as nb
 import numpy as np
 
+from ._spread import spread
 from .boxls import DEPENDENT, MATHS, add, descend, rebuild, solve_one
 
 LANES = 16
@@ -32,8 +33,6 @@ def restate_frames(first, last, gram, linear, weights, slack, free, swept):
             slack[t, i] = weights[t, i] if free[t, i] else max(-down[i], 0.0)
 
 
-@no_type_check
-@nb.njit(cache=True, nogil=True, parallel=True, error_model="numpy")
 def restate(gram, linear, weights):
     """Non-negative least squares of every frame, from `weights` (t, k) on: gram (k, k), linear (t, k).
 
@@ -43,9 +42,7 @@ def restate(gram, linear, weights):
     frames, k = linear.shape
     weights, slack = weights.copy(), np.empty((frames, k))
     free, swept = np.empty((frames, k), np.bool_), np.empty((frames, k, k))
-    for chunk in nb.prange((frames + STRETCH - 1) // STRETCH):
-        first = chunk * STRETCH
-        restate_frames(first, min(first + STRETCH, frames), gram, linear, weights, slack, free, swept)
+    spread(lambda a, b: restate_frames(a, b, gram, linear, weights, slack, free, swept), frames)
     return weights, slack, free, swept
 
 
@@ -222,8 +219,6 @@ def weigh_block(products, heights, own, apart, order, errors, scale, gram, weigh
             total[c] = -1.0
 
 
-@no_type_check
-@nb.njit(cache=True, nogil=True, parallel=True, error_model="numpy")
 def weigh(products, heights, own, apart, order, errors, scale, gram, weights, slack, free, swept, best):
     """What each candidate would take off the summed squared error, or -1 where that is less than `best`.
 
@@ -232,10 +227,14 @@ def weigh(products, heights, own, apart, order, errors, scale, gram, weights, sl
     first; errors (t,): squared residuals; scale: largest squared length of a frame; the rest as `restate` gives it.
     """
     gains = np.empty(len(products))
-    for block in nb.prange((len(products) + LANES - 1) // LANES):
-        first, last = block * LANES, min(block * LANES + LANES, len(products))
-        weigh_block(
-            products[first:last], heights[first:last], own[first:last], apart[first:last],
-            order, errors, scale, gram, weights, slack, free, swept, best, gains[first:last],
-        )  # fmt: skip
+
+    def weigh_lanes(first_lane, last_lane):
+        for lane in range(first_lane, last_lane):
+            some = slice(lane * LANES, (lane + 1) * LANES)
+            weigh_block(
+                products[some], heights[some], own[some], apart[some], order, errors, scale, gram, weights,
+                slack, free, swept, best, gains[some],
+            )  # fmt: skip
+
+    spread(weigh_lanes, (len(products) + LANES - 1) // LANES)
     return gains

@@ -29,7 +29,7 @@ def lift(points, normals, corners, weights):
 
 def light(normals, points, albedo, open_sky, shadow, wet, lamps, ambient, skin):
     """As `mien._kernels.shade.light`."""
-    n, v, clear = _unit(normals), _unit(-points), open_sky[:, None]
+    n, v, clear = unit(normals), unit(-points), open_sky[:, None]
     wet = wet[:, None]
     wrap, f0, roughness = skin[:3], skin[3] + wet * (WET[0] - skin[3]), skin[4] + wet * (WET[1] - skin[4])
     facing = np.maximum((n * v).sum(1), 0)[:, None]
@@ -45,33 +45,13 @@ def light(normals, points, albedo, open_sky, shadow, wet, lamps, ambient, skin):
             fade = np.clip(cosine / 0.25, 0, 1)
             fade = fade**2 * (3 - 2 * fade)
             through, polish = fade * shadow[:, None] + (1 - fade) * clear**2, 1.0
-        mirrored = _gloss(n, v, _unit(lamp[:3] + wet * v), f0[:, 0], roughness[:, 0])[:, None]
+        mirrored = _gloss(n, v, unit(lamp[:3] + wet * v), f0[:, 0], roughness[:, 0])[:, None]
         gloss = lamp[6] * polish * mirrored * (wet + (1 - wet) * through * clear)
         diffuse = np.maximum(cosine + wrap, 0) / (1 + wrap) ** 2
         arriving = through + 1.2 * wrap * through * (1 - through)
         out = out + lamp[3:6] * (arriving * diffuse * albedo + gloss)
     bent = 1 - (1 - SHOULDER) * np.exp(np.minimum(SHOULDER - out, 0) / (1 - SHOULDER))
     return np.where(out > SHOULDER, bent, out).astype(np.float32)
-
-
-def soft_shadow(points, normals, lamp, depth, pose, lens):
-    """As `mien._kernels.shade.soft_shadow`."""
-    focal, centre, ramp = lens
-    n, size = _unit(normals), len(depth)
-    cosine = n @ lamp
-    x, y, z = pose[:, :3] @ points.T.astype(float) + pose[:, 3:]
-    texel = z / focal
-    slope_u, slope_v, _ = texel / np.maximum(cosine, 0.1) * (pose[:, :3] @ n.T)
-    u, v = (np.clip(focal * w / z + centre, 3, size - 4.001) for w in (x, y))
-    near = np.arange(-3, 5)
-    a, b = u.astype(int)[:, None, None] + near, v.astype(int)[:, None, None] + near[:, None]
-    across, down = a - u[:, None, None], b - v[:, None, None]
-    plane = (z - texel)[:, None, None] + slope_u[:, None, None] * across + slope_v[:, None, None] * down
-    lit = np.clip(1 - (plane - depth[b, a]) / ramp, 0, 1)
-    some = lit[:, ::2, ::2]
-    agree = np.ptp(some, axis=(1, 2)) <= 0.01
-    share = np.where(agree, some.mean((1, 2)), (lit * _spline(across) * _spline(down)).sum((1, 2)))
-    return np.where(cosine > 0, share, 0).astype(np.float32)
 
 
 def resolve(lit, pixels, backdrop, encode, supersample):
@@ -90,13 +70,8 @@ def _levels(linear, encode):
     return (np.interp(place, np.arange(len(encode)), encode) + 0.5).astype(np.uint8)
 
 
-def _spline(x):
-    t = np.abs(x) / 2
-    return (np.maximum(2 - t, 0) ** 3 - 4 * np.maximum(1 - t, 0) ** 3) / 12
-
-
 def _gloss(n, v, lamp, f0, roughness):
-    h = _unit(lamp + v)
+    h = unit(lamp + v)
     cosine, nh, lh = (n * lamp).sum(1), (n * h).sum(1), (h * lamp).sum(1)
     d = nh**2 * (roughness**4 - 1) + 1
     fresnel = f0 + (1 - f0) * (1 - lh) ** 5
@@ -104,6 +79,7 @@ def _gloss(n, v, lamp, f0, roughness):
     return np.where((cosine > 0) & (nh > 0), gloss, 0)
 
 
-def _unit(vectors):
+def unit(vectors):
+    """Vectors (n, 3) of length one."""
     vectors = vectors.astype(float)
     return vectors / (np.linalg.norm(vectors, axis=1, keepdims=True) + 1e-12)

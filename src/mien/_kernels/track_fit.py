@@ -74,8 +74,7 @@ def plane_system(order, columns, values, k, rotation, points, found, plane, weig
         columns: (blocks, w) int32, ascending, the shapes that move them, -1 after the last; out of `k`.
         values: (blocks, 3, w, BLOCK) float32, these shapes in face space.
         rotation: (3, 3) float64, camera from face.
-        points, found, plane, weight: as `icp.correspond` gives.
-        share: (n,) float32, further weight.
+        points, found, plane, weight, share: as `icp.correspond` gives; (n,) float32, further weight.
         centre: (3,) float64, what the head turns about; turns are counted in 1 / `lever`.
         scale: mm; rows with larger residuals lose weight as 1 / (1 + (r / scale)^2)^2.
 
@@ -113,8 +112,8 @@ def plane_system(order, columns, values, k, rotation, points, found, plane, weig
             fy[j] = root * (R[0, 1] * nx + R[1, 1] * ny + R[2, 1] * nz)
             fz[j] = root * (R[0, 2] * nx + R[1, 2] * ny + R[2, 2] * nz)
             x, y, z = (px - cx) * turn, (py - cy) * turn, (pz - cz) * turn
-            pose[0, j], pose[1, j] = root * (y * nz - z * ny), root * (z * nx - x * nz)
-            pose[2, j] = root * (x * ny - y * nx)
+            tx, ty, tz = y * nz - z * ny, z * nx - x * nz, x * ny - y * nx
+            pose[0, j], pose[1, j], pose[2, j] = root * tx, root * ty, root * tz
             pose[3, j], pose[4, j], pose[5, j], pose[6, j] = root * nx, root * ny, root * nz, root * r
             away += abs(r)
             kept += 1

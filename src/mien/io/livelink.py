@@ -6,7 +6,6 @@ HeadYaw to the subject's left, HeadPitch up, HeadRoll to the left shoulder; eye 
 down. Head rotation = Ry(yaw) Rx(-pitch) Rz(-roll) in face space, the order in which Unreal applies a rotator.
 """
 
-import csv
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,44 +20,11 @@ from ..mesh import Mesh
 from ..rig import Performance, Rig
 from ..rig.shape_names import NameMatch, match_names
 from ..transforms import Transform
-from .decode_text import decode_text
-from .markers.tables.delimited_table import pad
+from .live_link_table import EYES, HEAD, NAMES, SHAPES, find_columns, in_radians, in_unit, numbers, read_table
 from .time_codes import read_clock
-
-SHAPES = (
-    "EyeBlinkLeft", "EyeLookDownLeft", "EyeLookInLeft", "EyeLookOutLeft", "EyeLookUpLeft", "EyeSquintLeft",
-    "EyeWideLeft", "EyeBlinkRight", "EyeLookDownRight", "EyeLookInRight", "EyeLookOutRight", "EyeLookUpRight",
-    "EyeSquintRight", "EyeWideRight", "JawForward", "JawRight", "JawLeft", "JawOpen", "MouthClose", "MouthFunnel",
-    "MouthPucker", "MouthRight", "MouthLeft", "MouthSmileLeft", "MouthSmileRight", "MouthFrownLeft",
-    "MouthFrownRight", "MouthDimpleLeft", "MouthDimpleRight", "MouthStretchLeft", "MouthStretchRight",
-    "MouthRollLower", "MouthRollUpper", "MouthShrugLower", "MouthShrugUpper", "MouthPressLeft", "MouthPressRight",
-    "MouthLowerDownLeft", "MouthLowerDownRight", "MouthUpperUpLeft", "MouthUpperUpRight", "BrowDownLeft",
-    "BrowDownRight", "BrowInnerUp", "BrowOuterUpLeft", "BrowOuterUpRight", "CheekPuff", "CheekSquintLeft",
-    "CheekSquintRight", "NoseSneerLeft", "NoseSneerRight", "TongueOut",
-)  # fmt: skip
-"""The app's columns, in its order: ARKit's names with a capital."""
-HEAD = ("HeadYaw", "HeadPitch", "HeadRoll")
-EYES = ("LeftEyeYaw", "LeftEyePitch", "LeftEyeRoll", "RightEyeYaw", "RightEyePitch", "RightEyeRoll")
 
 EYE_RANGE = np.radians(35.0)
 """How far an eye turns when its eyeLook weight is 1."""
-NAMES = tuple(name[0].lower() + name[1:] for name in SHAPES)
-"""ARKit's names in the app's order."""
-_TIMECODE = ("timecode", "time", "timestamp", "tc")
-_OTHER = ("blendshapecount", "frame", "index", "subject", "subjectname", "framenumber")
-"""Columns that are neither times, shapes nor angles."""
-_FEWEST = 10
-"""Shapes that make a table without time codes a performance."""
-_HIGHEST_WEIGHT, _HIGHEST_PERCENT = 2.0, 110.0
-"""Weights above the first are percent, above the second nonsense."""
-_LOWEST_WEIGHT = -0.1
-_COMMON = 0.01
-"""A share of all values: when fewer than that are above 2, they are no percent but faults."""
-_HEAD_RAD, _EYES_RAD = 1.9, 1.2
-"""Heads and eyes do not turn farther from straight ahead: larger angles are degrees."""
-_HIGHEST_DEGREES = 200.0
-_DEGREES_A_WEIGHT = 5.0
-"""Eye angles in radians are 0.6 times their eyeLook weights, in degrees 35: in between."""
 
 
 @dataclass(frozen=True)
@@ -126,21 +92,21 @@ def read_live_link(path: str | Path, rate: float | None = None) -> LiveLinkTake:
         BadInput: missing, not such a file, no row, a cell that is no number, weights or angles that make no sense.
     """
     path = existing(path)
-    header, body = _table(path)
-    columns = _columns(path, header)
+    header, body = read_table(path)
+    columns = find_columns(path, header)
     if not body:
         raise BadInput(f"{path}: has no frames; the recording is empty")
-    cells = _values(path, body, [*columns.shapes, *columns.angles])
+    cells = numbers(path, body, [*columns.shapes, *columns.angles])
     cells = np.where(np.abs(cells) < LARGEST, cells, np.nan)
     k = len(columns.shapes)
     columns_seen = cells[:, :k]
     seen = np.asarray(np.isfinite(columns_seen).all(axis=1))
     if not seen.any():
         raise BadInput(f"{path}: has no frame in which a face was seen")
-    raw, in_weights = _in_unit(path, columns_seen)
+    raw, in_weights = in_unit(path, columns_seen)
     values = raw @ columns.share
     turned = np.nan_to_num(cells[:, k:]) @ columns.turn
-    angles, in_angles = _in_radians(path, turned, columns.names, np.nan_to_num(values))
+    angles, in_angles = in_radians(path, turned, columns.names, np.nan_to_num(values))
     codes = [row[columns.time] for row in body] if columns.time >= 0 else [""] * len(body)
     clock = read_clock(codes, rate)
     table, tracked = _hold(np.concatenate([values, angles], axis=1), seen, clock.frames)
@@ -192,113 +158,6 @@ def eye_angles(weights: dict[str, Float[np.ndarray, " frames"]]) -> Float[np.nda
         down = weights["eyeLookDown" + side] - weights["eyeLookUp" + side]
         columns += [-left * outward * EYE_RANGE, down * EYE_RANGE, np.zeros_like(down)]
     return np.stack(columns, axis=1)
-
-
-def _table(path: Path) -> tuple[list[str], list[list[str]]]:
-    """Header and rows, whatever parts the cells; decimal points."""
-    lines = decode_text(path).splitlines()
-    first = next((line for line in lines if line.strip()), "")
-    delimiter = max(";\t,", key=first.count)
-    rows = [row for row in csv.reader(lines, delimiter=delimiter) if any(cell.strip() for cell in row)]
-    header = [cell.strip() for cell in rows[0]] if rows else []
-    body = [_mended(row, header, delimiter) for row in rows[1:]]
-    return header, body
-
-
-def _mended(row: list[str], header: list[str], delimiter: str) -> list[str]:
-    if delimiter == ";" and len(row) == len(header) + 1 and row[0].count(":") == 2 and ":" not in row[1]:
-        row = [f"{row[0]};{row[1]}", *row[2:]]  # a drop-frame time code that the delimiter cut in two
-    if delimiter != ",":
-        row = [row[0], *(cell.replace(",", ".") for cell in row[1:])]
-    return pad(row, len(header))
-
-
-@dataclass(frozen=True)
-class _Columns:
-    """What the columns of a file are."""
-
-    names: tuple[str, ...]
-    """The ARKit shapes that it has."""
-    time: int
-    """-1: none."""
-    shapes: list[int]
-    share: Float[np.ndarray, "columns shapes"]
-    """The shapes are the columns at `shapes` times this."""
-    angles: list[int]
-    turn: Float[np.ndarray, "turns 9"]
-    notes: tuple[str, ...]
-
-
-def _columns(path: Path, header: list[str]) -> _Columns:
-    plain = ["".join(c for c in name.lower() if c.isalnum()) for name in header]
-    time = next((plain.index(name) for name in _TIMECODE if name in plain), -1)
-    left = [i for i, name in enumerate(plain) if i != time and name and name not in _OTHER]
-    left = [i for i in left if plain.index(plain[i]) == i]
-    angles = match_names([header[i] for i in left], (*HEAD, *EYES))
-    turning = [i for i, row in zip(left, angles.share, strict=True) if row.any()]
-    left = [i for i in left if i not in turning]
-    match = match_names([header[i][:1].lower() + header[i][1:] for i in left], NAMES)
-    found = [i for i, row in zip(left, match.share, strict=True) if row.any()]
-    has = np.asarray(match.share.any(axis=0))
-    if not has.any() or (time < 0 and has.sum() < _FEWEST):
-        raise BadInput(f"{path}: is no Live Link Face CSV, whose header is Timecode,BlendShapeCount,{SHAPES[0]},...")
-    notes = []
-    if match.loose:
-        some = ", ".join(f"{source} = {target}" for target, source in match.loose[:4])
-        notes.append(f"{len(match.loose)} shape names matched loosely: {some}{', ...' if len(match.loose) > 4 else ''}")
-    missing = [name for name, there in zip(NAMES, has, strict=True) if not there]
-    if missing:
-        notes.append(f"{int(has.sum())} of 52 shapes are there; missing: {', '.join(missing)}")
-    share = match.share[match.share.any(axis=1)][:, has]
-    turn = angles.share[angles.share.any(axis=1)]
-    names = tuple(name for name, there in zip(NAMES, has, strict=True) if there)
-    return _Columns(names, time, found, share, turning, turn, tuple(notes))
-
-
-def _values(path: Path, rows: list[list[str]], columns: list[int]) -> Float[np.ndarray, "rows columns"]:
-    """Cells as numbers, NaN for empty ones."""
-    try:
-        cells = [[float(row[i]) if row[i].strip() else np.nan for i in columns] for row in rows]
-    except ValueError as error:
-        raise BadInput(f"{path}: holds a cell that is no number ({error}); export it again") from error
-    return np.array(cells).reshape(len(rows), len(columns))
-
-
-def _in_unit(path: Path, values: Float[np.ndarray, "rows columns"]) -> tuple[np.ndarray, list[str]]:
-    """Weights in 0..1 or so.
-
-    Raises:
-        BadInput: neither weights nor percent.
-    """
-    known = values[np.isfinite(values)]
-    low, high = float(known.min(initial=0.0)), float(known.max(initial=0.0))
-    above = float((known > _HIGHEST_WEIGHT).mean()) if len(known) else 0.0
-    percent = high > _HIGHEST_WEIGHT and above > _COMMON
-    bound = _HIGHEST_PERCENT if percent else _HIGHEST_WEIGHT
-    if high > bound or low < _LOWEST_WEIGHT * (100 if percent else 1):
-        raise BadInput(
-            f"{path}: shapes run from {low:g} to {high:g}, which is neither 0..1 nor percent; export it again"
-        )
-    return (values / 100, [f"weights run to {high:g}; read as percent"]) if percent else (values, [])
-
-
-def _in_radians(
-    path: Path, angles: Float[np.ndarray, "rows 9"], names: tuple[str, ...], values: Float[np.ndarray, "rows shapes"]
-) -> tuple[np.ndarray, list[str]]:
-    """Head and eye angles in radians.
-
-    Raises:
-        BadInput: larger than any angle.
-    """
-    head, eyes = (float(np.abs(part).max(initial=0.0)) for part in (angles[:, :3], angles[:, 3:]))
-    if max(head, eyes) > _HIGHEST_DEGREES:
-        raise BadInput(f"{path}: an angle is {max(head, eyes):g}, neither radians nor degrees; export it again")
-    looks = np.abs(values[:, [name.startswith("eyeLook") for name in names]]).sum()
-    turned = np.abs(angles[:, [3, 4, 6, 7]]).sum()
-    by_look = looks > 1.0 and eyes > 1e-3 and turned / looks > _DEGREES_A_WEIGHT
-    if head > _HEAD_RAD or eyes > _EYES_RAD or by_look:
-        return np.radians(angles), [f"head and eye angles run to {max(head, eyes):.3g}; read as degrees"]
-    return angles, []
 
 
 def _hold(

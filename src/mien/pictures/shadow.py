@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from .._kernels.shade import soft_shadow
+from .._kernels.soft_shadow import soft_shadow
 from .._kernels.zbuffer import zbuffer
 
 DISTANCE = 60.0

@@ -60,7 +60,7 @@ def box_least_squares(
 
 def box(k, lower, upper, l1):
     """Bounds and l1 as checked float64 arrays (k,)."""
-    low, high, sparse = (np.ascontiguousarray(np.broadcast_to(a, k), dtype=np.float64) for a in (lower, upper, l1))
+    low, high, sparse = (np.array(np.broadcast_to(a, k), dtype=np.float64) for a in (lower, upper, l1))
     if not (low <= high).all():
         i = int(np.argmin(low <= high))
         raise ValueError(f"bounds: expected lower <= upper, got {low[i]} and {high[i]} for variable {i}")
