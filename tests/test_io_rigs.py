@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
+from gltf_files import rig, same_rig
+from mesh_files import bumpy
 from mien.errors import BadInput
 from mien.io.gltf import write_rig
 from mien.io.meshes import write_mesh
 from mien.io.rigs import read_any_rig
 from mien.mesh import Mesh
-from test_io_gltf import rig, same_rig
-from test_io_meshes import bumpy
 
 
 def folder_of(path, suffix: str, scale: float = 1.0):

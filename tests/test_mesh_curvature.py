@@ -5,24 +5,15 @@ import pytest
 import scipy.spatial.transform as st
 import trimesh
 
-from mien._kernels import curvature as kernels
-from mien._kernels import curvature_twin as twins
+from curved_meshes import height_field
 from mien.errors import BadInput
-from mien.mesh import Mesh, adjacency, boundary_vertices, vertex_normals
+from mien.mesh import Mesh
 from mien.mesh.curvature import curvature_features, mean_curvature
 
 
 def _sphere(radius, subdivisions=4):
     ball = trimesh.creation.icosphere(subdivisions, radius)
     return Mesh(np.array(ball.vertices), np.array(ball.faces))
-
-
-def _height_field(height, size=20.0, count=41):
-    x, y = np.meshgrid(np.linspace(-size, size, count), np.linspace(-size, size, count))
-    index = np.arange(count * count).reshape(count, count)
-    a, b, c, d = index[:-1, :-1].ravel(), index[:-1, 1:].ravel(), index[1:, :-1].ravel(), index[1:, 1:].ravel()
-    faces = np.concatenate([np.stack([a, b, d], 1), np.stack([a, d, c], 1)])
-    return Mesh(np.stack([x, y, height(x, y)], -1).reshape(-1, 3), faces)
 
 
 def _inner(mesh, margin=4.0):
@@ -37,23 +28,23 @@ def test_sphere(radius):
 
 def test_cylinder_plane_saddle():
     r = 30.0
-    cylinder = _height_field(lambda x, y: np.sqrt(r * r - x * x))
+    cylinder = height_field(lambda x, y: np.sqrt(r * r - x * x))
     np.testing.assert_allclose(mean_curvature(cylinder, 3.0)[_inner(cylinder)], 1 / (2 * r), rtol=0.03)
-    plane = _height_field(lambda x, y: 0.3 * x + 0.1 * y)
+    plane = height_field(lambda x, y: 0.3 * x + 0.1 * y)
     np.testing.assert_allclose(mean_curvature(plane, 3.0), 0, atol=1e-9)
-    saddle = _height_field(lambda x, y: x * y / 40)
+    saddle = height_field(lambda x, y: x * y / 40)
     middle = np.abs(saddle.vertices[:, :2]).max(1) < 0.5
     np.testing.assert_allclose(mean_curvature(saddle, 3.0)[middle], 0, atol=1e-9)
 
 
 def test_creases_are_negative():
-    groove = _height_field(lambda x, y: -np.exp(-x * x / 8))
+    groove = height_field(lambda x, y: -np.exp(-x * x / 8))
     middle = (np.abs(groove.vertices[:, 0]) < 0.5) & _inner(groove)
     assert (mean_curvature(groove, 2.5)[middle] < -0.05).all()
 
 
 def test_rigid_motion_changes_nothing_and_scale_divides():
-    bumpy = _height_field(lambda x, y: np.sin(0.3 * x) * np.cos(0.2 * y))
+    bumpy = height_field(lambda x, y: np.sin(0.3 * x) * np.cos(0.2 * y))
     turned = st.Rotation.from_euler("xyz", [0.4, 1.1, -2.0]).apply(bumpy.vertices) + np.array([5.0, -3.0, 100.0])
     found = mean_curvature(bumpy, 2.5)
     np.testing.assert_allclose(mean_curvature(bumpy.with_vertices(turned), 2.5), found, atol=1e-9)
@@ -62,23 +53,11 @@ def test_rigid_motion_changes_nothing_and_scale_divides():
 
 def test_the_other_side_of_a_gap_does_not_count():
     """Two sheets half a millimetre apart, bent opposite ways, joined nowhere: each keeps its own curvature."""
-    up = _height_field(lambda x, y: (x * x + y * y) / 60)
+    up = height_field(lambda x, y: (x * x + y * y) / 60)
     n = len(up.vertices)
     down = up.vertices * np.array([1, 1, -1]) - np.array([0, 0, 0.5])
     both = Mesh(np.concatenate([up.vertices, down]), np.concatenate([up.faces, up.faces + n]))
     np.testing.assert_allclose(mean_curvature(both, 3.0)[:n], mean_curvature(up, 3.0), atol=1e-12)
-
-
-def test_kernel_and_twin_agree():
-    rng = np.random.default_rng(0)
-    mesh = _height_field(lambda x, y: np.sin(0.3 * x) + 0.02 * rng.standard_normal(x.shape), count=15)
-    A = adjacency(mesh.faces, len(mesh.vertices))
-    arguments = [mesh.vertices, vertex_normals(mesh.vertices, mesh.faces), A.indptr.astype(np.int64)]
-    arguments += [A.indices.astype(np.int64), 6.0]
-    compiled, plain = kernels.patch_curvature(*arguments), twins.patch_curvature(*arguments)
-    assert len(boundary_vertices(mesh.faces))
-    np.testing.assert_allclose(compiled, plain, atol=1e-8)
-    assert np.abs(plain).max() > 0.01
 
 
 def test_coarse_meshes_take_more_rings():

@@ -1,35 +1,18 @@
 """Rays and depth images: by hand on one triangle, then laws, then Embree against the z-buffer."""
 
 import numpy as np
-import pytest
 
 from mien.camera import Camera
-from mien.mesh import Mesh, vertex_normals
-from mien.pictures import RayCaster, ambient_occlusion, depth_image, frontal_camera
-from mien.pictures.occlusion import sky_directions
+from mien.mesh import Mesh
+from mien.pictures import RayCaster, depth_image, frontal_camera
 from mien.transforms import Transform, rotation_from_vector
+from round_things import sphere
 
 CAMERA = Camera(100.0, 100.0, 9.5, 9.5, 20, 20)
+
+
 FACING = Transform(np.diag([1.0, -1.0, -1.0]), np.array([0.0, 0.0, 200.0]))
 """A camera 200 mm in front of face space's origin."""
-
-
-def sphere(radius: float = 50.0, rings: int = 24, centre=(0.0, 0.0, 0.0)) -> Mesh:
-    """A closed UV sphere."""
-    theta = np.linspace(0, np.pi, rings + 1)[1:-1]
-    phi = np.linspace(0, 2 * np.pi, 2 * rings, endpoint=False)
-    t, p = np.meshgrid(theta, phi, indexing="ij")
-    band = np.stack([np.sin(t) * np.sin(p), np.cos(t), np.sin(t) * np.cos(p)], -1).reshape(-1, 3)
-    vertices = np.concatenate([band, [[0, 1, 0], [0, -1, 0]]]) * radius + centre
-    n, top, bottom = len(phi), len(band), len(band) + 1
-    faces = []
-    for j in range(n):
-        k = (j + 1) % n
-        faces += [(top, j, k), (bottom, (rings - 2) * n + k, (rings - 2) * n + j)]
-        for i in range(rings - 2):
-            a, b, c, d = i * n + j, i * n + k, (i + 1) * n + j, (i + 1) * n + k
-            faces += [(a, c, b), (b, c, d)]
-    return Mesh(vertices, np.array(faces))
 
 
 def test_one_triangle_by_hand():
@@ -115,53 +98,6 @@ def test_what_reaches_behind_the_camera_is_seen_in_front_alone():
     assert (seen.faces[10:] == 0).all()
     assert (seen.faces[:10] == -1).all()
     np.testing.assert_allclose(seen.depth[15], 30 * 100 / 5.5)
-
-
-@pytest.mark.parametrize(("yaw", "pitch"), [(0.0, 0.0), (0.7, 0.0), (-0.5, 0.4)])
-def test_frontal_camera_frames_all_of_it(yaw, pitch):
-    rng = np.random.default_rng(3)
-    mesh = Mesh(rng.normal(size=(200, 3)) * (60, 90, 50) + (5, 20, 40), np.array([[0, 1, 2]]))
-    camera, T_camera_face = frontal_camera(mesh, (120, 200), yaw, pitch, margin=0.1)
-    local = T_camera_face.apply(mesh.vertices)
-    pixels = camera.project(local)
-    assert (local[:, 2] > 0).all()
-    low, high = pixels.min(0), pixels.max(0)
-    assert (low > (10, 18)).all()
-    assert (high < (110, 182)).all()
-    # as near as that allows, and in the middle
-    assert min((low - (11.5, 19.5)).min(), ((107.5, 179.5) - high).min()) < 4
-    np.testing.assert_allclose((low + high) / 2, (59.5, 99.5), atol=2.5)
-    # yaw > 0 looks from the subject's left, pitch > 0 from above
-    eye = T_camera_face.inverse().translation - mesh.vertices.mean(0)
-    np.testing.assert_allclose(np.arctan2(eye[0], eye[2]), yaw, atol=0.08)
-    np.testing.assert_allclose(np.arcsin(eye[1] / np.linalg.norm(eye)), pitch, atol=0.08)
-
-
-def test_frontal_camera_can_frame_a_part():
-    mesh = sphere(50)
-    part = mesh.vertices[mesh.vertices[:, 1] > 20]
-    camera, T = frontal_camera(mesh, 100, frame=part)
-    pixels = camera.project(T.apply(part))
-    assert (pixels > 0).all()
-    assert (pixels < 99).all()
-    assert camera.project(T.apply(mesh.vertices)).max() > 100
-
-
-def test_sky_by_hand():
-    """A sphere is open everywhere; inside a box nothing is; on a floor at the foot of a high wall half the sky is."""
-    directions = sky_directions(500)
-    np.testing.assert_allclose(np.linalg.norm(directions, axis=1), 1)
-    np.testing.assert_allclose(directions.mean(0), 0, atol=5e-3)
-    ball = sphere(50, 16)
-    np.testing.assert_allclose(ambient_occlusion(ball), 1)
-    inside = Mesh(ball.vertices, ball.faces[:, ::-1].copy())
-    np.testing.assert_allclose(ambient_occlusion(inside), 0, atol=1e-3)
-    wide = 300.0
-    corners = np.array([[-1.0, 0, 0], [1, 0, 0], [0, 0, 2], [-wide, -1, -0.5], [wide, -1, -0.5], [0, wide, -0.5]])
-    scene = Mesh(corners, np.array([[0, 2, 1], [3, 4, 5]]))
-    np.testing.assert_allclose(vertex_normals(scene.vertices, scene.faces)[0], [0, 1, 0])
-    np.testing.assert_allclose(ambient_occlusion(scene, rays=2000)[:2], 0.5, atol=0.03)
-    np.testing.assert_allclose(ambient_occlusion(scene, rays=200, reach=0.4)[:2], 1)
 
 
 def test_a_turned_mesh_before_a_turned_camera_looks_the_same():

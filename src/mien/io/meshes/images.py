@@ -18,7 +18,8 @@ def read_image(path: str | Path) -> UInt8[np.ndarray, "h w 3"]:
     """
     path = existing(path)
     try:
-        return np.asarray(Image.open(path).convert("RGB"))
+        with Image.open(path) as image:
+            return np.asarray(image.convert("RGB"))
     except (OSError, ValueError, SyntaxError) as error:
         raise BadInput(f"{path}: is no picture that can be read ({error}); give PNG or JPEG") from error
 

@@ -1,0 +1,30 @@
+"""STL, text and binary."""
+
+import numpy as np
+import pytest
+import trimesh
+
+from mesh_files import refusal
+from mien.io.meshes import read_scan
+
+
+@pytest.mark.parametrize("kind", ["stl", "stl_ascii"])
+def test_stl_from_trimesh(tmp_path, kind):
+    box = trimesh.creation.icosphere(2, radius=80)
+    box.export(tmp_path / "a.stl", file_type=kind)
+    mesh = read_scan(tmp_path / "a.stl").mesh
+    assert len(mesh.vertices) == len(box.vertices)
+    np.testing.assert_allclose(mesh.vertices[mesh.faces], box.vertices[box.faces], atol=1e-4)
+
+
+def test_stl_refusals(tmp_path):
+    path = tmp_path / "a.stl"
+    trimesh.creation.box().export(path)
+    data = path.read_bytes()
+    assert "cut off" in refusal(path, data[:-1])
+    assert "no triangles" in refusal(path, data[:80] + bytes(4)) or "no vertices" in refusal(path)
+    assert "not an STL" in refusal(path, b"hello")
+    trimesh.creation.box().export(path, file_type="stl_ascii")
+    text = path.read_bytes()
+    assert "cut off" in refusal(path, text[: len(text) // 2])
+    assert "damaged" in refusal(path, text.replace(b"vertex 0.5", b"vertex zero"))

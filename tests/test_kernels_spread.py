@@ -1,0 +1,47 @@
+"""Rows over threads: every row once, whatever the number of threads."""
+
+import threading
+
+import pytest
+
+from mien._kernels._spread import cores, single_threaded, spread
+
+
+def pieces(rows: int, threads: int) -> list[tuple[int, int]]:
+    done, lock = [], threading.Lock()
+
+    def work(first, last):
+        with lock:
+            done.append((first, last))
+
+    spread(work, rows, threads)
+    return sorted(done)
+
+
+@pytest.mark.parametrize(("rows", "threads"), [(0, 3), (1, 3), (5, 1), (5, 2), (100, 7)])
+def test_every_row_is_done_once(rows, threads):
+    covered = [row for first, last in pieces(rows, threads) for row in range(first, last)]
+    assert covered == list(range(rows))
+
+
+def test_faults_come_out():
+    def work(first, last):
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        spread(work, 10, 2)
+
+
+def test_a_worker_that_is_told_so_keeps_to_its_thread():
+    seen = []
+
+    def worker():
+        single_threaded()
+        spread(lambda a, b: seen.append((a, b, threading.get_ident())), 50)
+        seen.append(threading.get_ident())
+
+    one = threading.Thread(target=worker)
+    one.start()
+    one.join()
+    assert seen[0] == (0, 50, seen[1])
+    assert cores() >= 1
