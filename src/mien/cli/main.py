@@ -30,6 +30,7 @@ PIPELINE = {
     "select": "The fewest frames of a take to scan.",
     "register": "Scans to one topology.",
     "scan": "A held expression before an RGB-D sensor to one textured scan.",
+    "rig": "Captures of expressions to a rig with textures.",
     "personalize": "An RGB-D take to a personal rig.",
     "track": "RGB-D or video to an animated face.",
     "retarget": "An animated face onto another rig.",

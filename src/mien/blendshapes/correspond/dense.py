@@ -1,0 +1,135 @@
+"""The dense warp: optical flow on colour and curvature from the neutral to the pre-warped source (sec. 4.3).
+
+The paper's flow is the anisotropic Huber-L1 flow of Werlberger et al. 2009; this one is variational, with robust
+penalties on data and smoothness (Papenberg et al. 2006), and takes pinned points and masks as they are.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Bool, Float
+from scipy.ndimage import gaussian_filter, gaussian_laplace
+
+from ...flow import FlowConfig, FlowConstraints, optical_flow
+from ...image_space.config import FeatureConfig
+from ...image_space.features import LUMINANCE, detail
+from ...image_space.layout import sampled
+from ..cylinder_map import CYLINDER, CylinderMap
+from .landmarks import MapLandmarks, common_landmarks, opened
+from .occlusion import skin
+from .prewarp import prewarp
+
+COLOUR = FeatureConfig(threshold=0.0, saturation=0.15, faint=0.006, broad_mm=8.0, nearby_mm=8.0)
+"""Luminance of sRGB, 0..1: moles, brows, lips; tones broader than 8 mm are light and blood."""
+CURVATURE = FeatureConfig(threshold=0.0, saturation=0.08, faint=0.006, broad_mm=14.0, nearby_mm=10.0)
+"""1/mm."""
+
+
+@dataclass(frozen=True)
+class WarpConfig:
+    """How a source is brought to the neutral."""
+
+    flow: FlowConfig | None = field(
+        default_factory=lambda: FlowConfig(margin=24, coarsest=40, smoothness=3.0, constraint=1000.0)
+    )
+    """The dense flow; None: the landmarks' triangles alone."""
+    pixel_mm: float = 0.8
+    """Side of the pixels that the flow is found in, mm; no finer than the map's."""
+    curvature: float = 0.6
+    """Weight of the curvature beside colour's 1; 0: colour alone."""
+    curvature_mm: float = 1.6
+    """Scale at which curvature is measured, mm."""
+    landmarks: bool = True
+    """The pre-warp; off: the flow starts from nothing."""
+    believed_mm: float = 6.0
+    """Where the flow goes farther than this from the pre-warp it is cut to that, mm."""
+
+
+@dataclass(frozen=True)
+class Warp:
+    """For every pixel of the neutral's map where the same skin is in the source's."""
+
+    places: Float[np.ndarray, "h w 2"]
+    """Pixels (x, y) of the source's map."""
+    shown: Bool[np.ndarray, "h w"]
+    """Whether both maps show the skin there."""
+
+
+def warp(
+    source: CylinderMap,
+    source_landmarks: MapLandmarks,
+    neutral: CylinderMap,
+    neutral_landmarks: MapLandmarks,
+    expected: Float[np.ndarray, "h w 2"] | None = None,
+    pinned: FlowConstraints | None = None,
+    config: WarpConfig = WarpConfig(),
+) -> Warp:
+    """Every pixel's place in the source: affine triangles between landmarks, then dense flow to what is there.
+
+    Args:
+        source: in the neutral's frame.
+        expected: flow (dx, dy) from the neutral that the landmarks correct; None: none.
+        pinned: points of the neutral's map and where they are in the source's, by hand, pixels.
+
+    Raises:
+        BadInput: too few landmarks in common.
+    """
+    layout = neutral.layout
+    common = common_landmarks(source_landmarks, neutral_landmarks)
+    there, here = opened(source_landmarks.pixels(layout)), opened(neutral_landmarks.pixels(layout))
+    goals, starts = there[common], here[common]
+    if pinned is not None:
+        starts, goals = np.concatenate([starts, pinned.source]), np.concatenate([goals, pinned.target])
+    rows, columns = np.mgrid[: layout.shape[0], : layout.shape[1]]
+    grid = np.stack([columns, rows], -1).astype(float)
+    if expected is not None:
+        grid = grid + expected
+        goals = goals - sampled(expected, starts)
+    rough = grid + (prewarp(starts, goals, layout.shape) if config.landmarks else 0.0)
+    masks = skin(neutral, here), skin(source, there)
+    places = rough if config.flow is None else _refined(source, neutral, rough, masks, pinned, config)
+    inside = sampled(masks[1].astype(float), places)[..., 0] > 0.5
+    return Warp(places, masks[0] & inside)
+
+
+def _refined(source, neutral, rough, masks, pinned, config: WarpConfig) -> Float[np.ndarray, "h w 2"]:
+    """Pre-warped places after the flow, found on coarser pixels."""
+    pixel = neutral.layout.pixel_mm
+    step = max(1, round(config.pixel_mm / pixel))
+    first = features(neutral, masks[0], config)
+    second = features(source, masks[1], config)
+    placed = rough[::step, ::step]
+    target = sampled(second, placed)
+    held = None if pinned is None else FlowConstraints(pinned.source / step, pinned.source / step)
+    found = optical_flow(first[::step, ::step], target, None, held, config.flow)
+    flow = _cut(found.flow, config.believed_mm / (step * pixel))
+    smooth = np.stack([gaussian_filter(flow[..., i], 0.7) for i in range(2)], -1)
+    rows, columns = np.mgrid[: neutral.layout.shape[0], : neutral.layout.shape[1]]
+    grid = np.stack([columns, rows], -1).astype(float)
+    return sampled(rough, grid + step * sampled(smooth, grid / step))
+
+
+def features(map_: CylinderMap, mask: Bool[np.ndarray, "h w"], config: WarpConfig) -> Float[np.ndarray, "h w 2"]:
+    """What is compared: fine colour and fine curvature, each divided by its strength nearby; NaN off the mask."""
+    pixel = map_.layout.pixel_mm
+    grey = np.where(mask, map_.colors.astype(np.float64) @ np.array(LUMINANCE), np.nan)
+    channels = [detail(grey, COLOUR, pixel).scaled]
+    if config.curvature > 0:
+        bent = np.where(mask, curvature(map_, config.curvature_mm), np.nan)
+        channels.append(config.curvature * detail(bent, CURVATURE, pixel).scaled)
+    return np.where(mask[..., None], np.stack(channels, -1), np.nan)
+
+
+def curvature(map_: CylinderMap, scale_mm: float) -> Float[np.ndarray, "h w"]:
+    """Bending of the map's surface, 1/mm: minus the Laplacian of its height over the cylinder, at a scale."""
+    radius = np.hypot(map_.positions[..., 0] - CYLINDER.x, map_.positions[..., 2] - CYLINDER.z).astype(np.float64)
+    sigma = scale_mm / map_.layout.pixel_mm
+    known = map_.known.astype(float)
+    mean = gaussian_filter(np.nan_to_num(radius), 3 * sigma) / np.maximum(gaussian_filter(known, 3 * sigma), 1e-6)
+    height = np.where(map_.known, radius - mean, 0.0)
+    return -gaussian_laplace(height, sigma) / map_.layout.pixel_mm**2
+
+
+def _cut(flow: np.ndarray, most: float) -> np.ndarray:
+    length = np.linalg.norm(flow, axis=-1, keepdims=True)
+    return flow * np.minimum(1.0, most / np.maximum(length, 1e-9))

@@ -1,0 +1,64 @@
+"""`mien rig`: captures of a person's expressions to a rig whose textures blend with its shapes."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from ..blendshapes.build.rig_files import write_textured_rig
+from ..blendshapes.captures import find_captures, neutral_of
+from ..blendshapes.kept_captures import read_captures
+from ..blendshapes.pipeline import RigConfig, build_rig
+from ..blendshapes.scan.pipeline import FusionConfig
+from ..faces.bundled import load_face
+from ..landmarks.detector import require_landmarker
+from .bar import bar
+from .options import verb
+from .outputs import check_outputs
+
+
+@verb
+def rig(
+    captures: Path,
+    *,
+    output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("me.glb"),
+    arkit: bool = False,
+    neutral: str | None = None,
+    depth_scale: float | None = None,
+    unit: str | None = None,
+    config: Annotated[RigConfig, Parameter(name="*")] = RigConfig(),
+    scan: Annotated[FusionConfig, Parameter(name="*")] = FusionConfig(),
+) -> None:
+    """A folder of captures, one an expression, in; a photo-textured rig out, each capture a shape and a texture.
+
+    A capture is an RGB-D take of a held expression (see `mien scan`), a textured mesh, or a map (.exr); its name is the
+    shape's. One that cannot be used is named and left out. Finished scans are kept in `me.work/`, which may be deleted.
+    Textures and masks lie beside the rig in `me.textures/`, and `me.rig.json` says which is which.
+
+    Parameters
+    ----------
+    captures
+        The folder.
+    output
+        Where the rig goes (.glb).
+    arkit
+        All 52 ARKit shapes: the bundled face's, transferred and pulled to the captures.
+    neutral
+        The neutral capture, where its name does not say so.
+    depth_scale
+        Units a metre in the depth images of folders, instead of what their take.json says.
+    unit
+        Of meshes, where the face's size does not tell: mm, cm, m, in.
+    """
+    check_outputs({"a rig": output}, inputs=[captures])
+    paths = find_captures(captures)
+    calm = neutral_of([path.stem for path in paths], neutral)
+    require_landmarker()
+    with bar() as progress:
+        read, lost = read_captures(paths, calm, output.with_suffix(".work"), depth_scale, unit, scan, progress)
+        built = build_rig(read, calm, load_face(), arkit, config, progress)
+    write_textured_rig(output, built.textured)
+    for line in [*lost, *built.left_out]:
+        print(line)
+    shapes = built.textured.rig.names
+    print(f"{output}: {len(shapes)} shapes from {len(read)} captures; neutral: {calm}")

@@ -1,0 +1,29 @@
+"""What cannot be matched."""
+
+import numpy as np
+
+from blendshape_faces import LAYOUT, face_landmarks, face_map
+from mien.blendshapes.correspond.occlusion import openings, polygon, skin
+
+
+def test_a_polygon_is_filled():
+    mask = polygon(np.array([[2, 2], [7, 2], [7, 7], [2, 7.0]]), (10, 12))
+    assert mask.sum() == 36
+    assert not polygon(np.zeros((0, 2)), (4, 4)).any()
+
+
+def test_an_open_mouth_is_masked_and_a_closed_one_hardly():
+    closed = openings(face_map(), face_landmarks().pixels(LAYOUT))
+    opened = openings(face_map("jaw", jawOpen=0.7), face_landmarks(jawOpen=0.7).pixels(LAYOUT))
+    low = slice(LAYOUT.shape[0] // 2, None)
+    assert opened[low].sum() > 3 * closed[low].sum()
+
+
+def test_eyes_holes_and_paint_are_no_skin():
+    painted = np.zeros(LAYOUT.shape, bool)
+    painted[100:110, 160:170] = True
+    free = skin(face_map(), face_landmarks().pixels(LAYOUT), painted)
+    iris = np.round(face_landmarks().pixels(LAYOUT)[468]).astype(int)
+    assert not free[iris[1], iris[0]]
+    assert not free[painted].any()
+    assert not free[~face_map().known].any()
