@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from blendshape_faces import face_landmarks, face_map, face_mesh
-from mien.blendshapes.align import AlignConfig, align, forehead, laid_on, moved_map, stabilised
+from mien.blendshapes.align import HeadAlignConfig, align, forehead, laid_on, moved_map, stabilised
 from mien.blendshapes.correspond.landmarks import MapLandmarks
 from mien.errors import BadInput
 from mien.mesh import ClosestPoint, Mesh
@@ -41,7 +41,7 @@ def test_landmarks_hold_what_slides_on_a_ball():
     middle = ball[np.abs(grid).max(1) < 35]
     marks = middle[::150]
     pairs = turned.apply(marks), marks
-    loose, _ = laid_on(turned.apply(middle), surface, pairs, Transform.identity(), AlignConfig(landmark_share=0.0))
+    loose, _ = laid_on(turned.apply(middle), surface, pairs, Transform.identity(), HeadAlignConfig(landmark_share=0.0))
     held, _ = laid_on(turned.apply(middle), surface, pairs, Transform.identity())
     off = [np.linalg.norm((T @ turned).apply(marks) - marks, axis=1).max() for T in (loose, held)]
     assert off[1] < 0.1 < 1 < off[0]

@@ -5,7 +5,7 @@ import pytest
 
 from blendshape_faces import LAYOUT, face_map, face_mesh
 from mien.blendshapes.build.artist_mesh import ArtistMesh, carry_on, complete, look_up, on_map
-from mien.blendshapes.correspond.dense import Warp
+from mien.blendshapes.correspond.dense import SkinWarp
 from mien.faces import load_face
 from mien.mesh import Mesh
 
@@ -27,12 +27,12 @@ def test_vertices_on_the_surface_are_shown_and_those_behind_it_are_not(artist):
 
 def test_a_warp_that_does_nothing_gives_the_neutral_back(artist):
     rows, columns = np.mgrid[: LAYOUT.shape[0], : LAYOUT.shape[1]]
-    same = Warp(np.stack([columns, rows], -1).astype(float), face_map().known)
+    same = SkinWarp(np.stack([columns, rows], -1).astype(float), face_map().known)
     found = look_up(artist, face_map(), same)
     seen = np.isfinite(found[:, 0])
     assert seen.sum() > 0.95 * artist.shown.sum()
     np.testing.assert_allclose(found[seen], artist.mesh.vertices[seen], atol=1e-4)
-    blind = look_up(artist, face_map(), Warp(same.places, np.zeros_like(same.shown)))
+    blind = look_up(artist, face_map(), SkinWarp(same.pixels, np.zeros_like(same.shown)))
     assert np.isnan(blind).all()
 
 

@@ -6,16 +6,16 @@ import pytest
 from blendshape_faces import LAYOUT, face_map, face_mesh
 from mien.blendshapes.build.artist_mesh import on_map
 from mien.blendshapes.build.texture import carried_tone, expression_texture, feather, neutral_texture, texel_grid
-from mien.blendshapes.correspond.dense import Warp
+from mien.blendshapes.correspond.dense import SkinWarp
 from mien.faces import load_face
 from mien.mesh import Mesh
 
 SIZE = 256
 
 
-def same() -> Warp:
+def same() -> SkinWarp:
     rows, columns = np.mgrid[: LAYOUT.shape[0], : LAYOUT.shape[1]]
-    return Warp(np.stack([columns, rows], -1).astype(float), face_map().known)
+    return SkinWarp(np.stack([columns, rows], -1).astype(float), face_map().known)
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +49,7 @@ def test_an_expression_of_another_exposure_is_levelled_and_the_base_elsewhere(gr
     inside = feather(grid.shown) >= 1
     np.testing.assert_allclose(made[inside & seen], base[inside & seen], atol=0.02)
     np.testing.assert_array_equal(made[~seen], base[~seen])
-    blind = Warp(same().places, np.zeros(LAYOUT.shape, bool))
+    blind = SkinWarp(same().pixels, np.zeros(LAYOUT.shape, bool))
     np.testing.assert_array_equal(expression_texture(grid, dark, blind, base)[0], base)
 
 

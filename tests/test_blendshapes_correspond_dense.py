@@ -28,7 +28,7 @@ def error(found, true) -> float:
     places = LAYOUT.pixels(face_mesh().vertices)[face]
     goal = LAYOUT.pixels(true.vertices)[face]
     seen = sampled(found.shown.astype(float), places)[:, 0] > 0.5
-    off = np.linalg.norm(sampled(found.places, places) - goal, axis=1)[seen]
+    off = np.linalg.norm(sampled(found.pixels, places) - goal, axis=1)[seen]
     return float(np.median(off) * LAYOUT.pixel_mm)
 
 
@@ -51,21 +51,21 @@ def test_inside_of_the_mouth_is_not_shown():
     assert not jaw.shown[lips[1] - 1 : lips[1] + 2, lips[0]].all()
     chin = np.round(face_landmarks().pixels(LAYOUT)[200]).astype(int)
     assert jaw.shown[chin[1], chin[0]]
-    assert jaw.places[chin[1], chin[0], 1] - chin[1] > 10
+    assert jaw.pixels[chin[1], chin[0], 1] - chin[1] > 10
 
 
 def test_a_pinned_point_is_kept(pair):
     place = np.array([[170.0, 120.0]])
     pinned = FlowConstraints(place, place + np.array([6.0, 0.0]))
     found = warp(*pair, pinned=pinned)
-    np.testing.assert_allclose(found.places[120, 170], [176, 120], atol=1.0)
+    np.testing.assert_allclose(found.pixels[120, 170], [176, 120], atol=1.0)
 
 
 def test_an_expected_motion_is_the_start(pair):
     blank = replace(pair[1], known=pair[1].known & (np.arange(478) < 10))
     shift = np.broadcast_to([7.0, 0.0], (*LAYOUT.shape, 2))
     found = warp(pair[0], blank, pair[2], pair[3], expected=shift, config=WarpConfig(flow=None, landmarks=False))
-    np.testing.assert_allclose(found.places[100, 150], [157, 100])
+    np.testing.assert_allclose(found.pixels[100, 150], [157, 100])
 
 
 def test_features_are_nan_off_the_mask_and_blind_to_light():

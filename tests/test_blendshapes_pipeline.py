@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from blendshape_faces import face_landmarks, face_map
-from mien.blendshapes import pipeline
+from mien.blendshapes import expression
 from mien.blendshapes.captures import Capture
 from mien.blendshapes.correspond.landmarks import MapLandmarks
-from mien.blendshapes.pipeline import RigConfig, build_rig
+from mien.blendshapes.expression import RigConfig
+from mien.blendshapes.pipeline import build_rig
 from mien.faces import ARKIT_NAMES, load_face
 
 JAW, SMILE = {"jawOpen": 0.7}, {"mouthSmileLeft": 0.9, "mouthSmileRight": 0.9}
@@ -22,7 +23,7 @@ def built():
         return face_landmarks(**SEEN[map_.name])
 
     patch = pytest.MonkeyPatch()
-    patch.setattr(pipeline, "landmarks_on_map", landmarks)
+    patch.setattr(expression, "landmarks_on_map", landmarks)
     captures = [Capture(face_map(name, **weights), "") for name, weights in SEEN.items()]
     captures.append(Capture(face_map("blind"), ""))
     yield build_rig(captures, "neutral", load_face(), True, RigConfig(texture=128))

@@ -33,7 +33,7 @@ BRIDGE_MM = 7.0
 
 
 @dataclass(frozen=True)
-class AlignConfig:
+class HeadAlignConfig:
     """How an expression's head is laid on the neutral one's."""
 
     bridge: bool = True
@@ -48,7 +48,7 @@ class AlignConfig:
 
 
 @dataclass(frozen=True)
-class Aligned:
+class AlignedCapture:
     """A capture in the neutral's frame."""
 
     map: CylinderMap
@@ -63,8 +63,8 @@ def align(
     source_landmarks: MapLandmarks,
     neutral: CylinderMap,
     neutral_landmarks: MapLandmarks,
-    config: AlignConfig = AlignConfig(),
-) -> Aligned:
+    config: HeadAlignConfig = HeadAlignConfig(),
+) -> AlignedCapture:
     """Landmarks lay the heads on each other, then rigid ICP of the forehead alone; the points go back to the map.
 
     Raises:
@@ -81,7 +81,7 @@ def align(
     pairs = source_landmarks.points[ids], neutral_landmarks.points[ids]
     T, rms = laid_on(drawn, target, pairs, start, config)
     moved = source_landmarks.moved(T)
-    return Aligned(moved_map(source, T), moved, T, rms)
+    return AlignedCapture(moved_map(source, T), moved, T, rms)
 
 
 def laid_on(
@@ -89,7 +89,7 @@ def laid_on(
     surface: Surface,
     pairs: tuple[Float[np.ndarray, "k 3"], Float[np.ndarray, "k 3"]],
     T: Transform,
-    config: AlignConfig = AlignConfig(),
+    config: HeadAlignConfig = HeadAlignConfig(),
 ) -> tuple[Transform, float]:
     """Rigid ICP, point to plane, with landmarks (source, neutral) that hold what slides; and the rms distance, mm."""
     rule, off = Rejection(config.reach_mm, 180.0), np.zeros(1)

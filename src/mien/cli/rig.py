@@ -7,8 +7,9 @@ from cyclopts import Parameter
 
 from ..blendshapes.build.rig_files import write_textured_rig
 from ..blendshapes.captures import find_captures, neutral_of
+from ..blendshapes.expression import RigConfig
 from ..blendshapes.kept_captures import read_captures
-from ..blendshapes.pipeline import RigConfig, build_rig
+from ..blendshapes.pipeline import build_rig
 from ..blendshapes.scan.pipeline import FusionConfig
 from ..faces.bundled import load_face
 from ..landmarks.detector import require_landmarker
@@ -52,13 +53,24 @@ def rig(
     """
     check_outputs({"a rig": output}, inputs=[captures])
     paths = find_captures(captures)
-    calm = neutral_of([path.stem for path in paths], neutral)
+    names = [path.stem for path in paths]
+    calm = neutral_of(names, neutral)
+    work = output.with_suffix(".work")
     require_landmarker()
     with bar() as progress:
-        read, lost = read_captures(paths, calm, output.with_suffix(".work"), depth_scale, unit, scan, progress)
-        built = build_rig(read, calm, load_face(), arkit, config, progress)
+        read, lost = read_captures(
+            paths=paths,
+            neutral=calm,
+            work=work,
+            depth_scale=depth_scale,
+            unit=unit,
+            config=scan,
+            progress=progress,
+        )
+        face = load_face()
+        built = build_rig(read, calm, face, arkit, config, progress)
     write_textured_rig(output, built.textured)
     for line in [*lost, *built.left_out]:
         print(line)
-    shapes = built.textured.rig.names
-    print(f"{output}: {len(shapes)} shapes from {len(read)} captures; neutral: {calm}")
+    count = len(built.textured.rig.names)
+    print(f"{output}: {count} shapes from {len(read)} captures; neutral: {calm}")

@@ -46,10 +46,10 @@ class WarpConfig:
 
 
 @dataclass(frozen=True)
-class Warp:
+class SkinWarp:
     """For every pixel of the neutral's map where the same skin is in the source's."""
 
-    places: Float[np.ndarray, "h w 2"]
+    pixels: Float[np.ndarray, "h w 2"]
     """Pixels (x, y) of the source's map."""
     shown: Bool[np.ndarray, "h w"]
     """Whether both maps show the skin there."""
@@ -63,7 +63,7 @@ def warp(
     expected: Float[np.ndarray, "h w 2"] | None = None,
     pinned: FlowConstraints | None = None,
     config: WarpConfig = WarpConfig(),
-) -> Warp:
+) -> SkinWarp:
     """Every pixel's place in the source: affine triangles between landmarks, then dense flow to what is there.
 
     Args:
@@ -89,7 +89,7 @@ def warp(
     masks = skin(neutral, here), skin(source, there)
     places = rough if config.flow is None else _refined(source, neutral, rough, masks, pinned, config)
     inside = sampled(masks[1].astype(float), places)[..., 0] > 0.5
-    return Warp(places, masks[0] & inside)
+    return SkinWarp(places, masks[0] & inside)
 
 
 def _refined(source, neutral, rough, masks, pinned, config: WarpConfig) -> Float[np.ndarray, "h w 2"]:

@@ -7,8 +7,8 @@ from jaxtyping import Bool, Float, Int
 
 from ...errors import BadInput
 from ...landmarks.detector import COUNT, LOOPS, bundled_landmarks
+from ...landmarks.lift import landmarks_near
 from ...landmarks.look import LiftConfig
-from ...landmarks.on_scan import landmarks_near
 from ...transforms import Transform
 from ..cylinder_map import CylinderLayout, CylinderMap, mesh_of_map
 

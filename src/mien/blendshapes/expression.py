@@ -1,0 +1,104 @@
+"""One capture on the neutral's artist mesh: aligned, warped, looked up (Casas et al. 2016, sec. 3 to 5.1)."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from ..errors import BadInput
+from ..faces.bundled import BundledFace
+from ..mesh import mass
+from .align import HeadAlignConfig, align, stabilised
+from .build.arkit import CompleteConfig, transferred
+from .build.artist_mesh import ArtistMesh, bundled_mesh, complete, look_up
+from .build.texture import TexelGrid, expression_texture, neutral_texture, texel_grid
+from .correspond.dense import SkinWarp, WarpConfig, warp
+from .correspond.landmarks import MapLandmarks, along_contours, landmarks_on_map
+from .correspond.model_motion import mix_of, motion_image
+from .cylinder_map import CylinderMap
+
+
+@dataclass(frozen=True)
+class RigConfig:
+    """How captures become a rig."""
+
+    texture: int = 1024
+    """Texels a side."""
+    model: bool = True
+    """The bundled expressions' motion starts the warp where no landmark is; off: the paper's triangles alone."""
+    stabilise: bool = True
+    """The head is held still by all skin that does not move; off: by the forehead alone, as in the paper."""
+    masks: bool = True
+    """Expressions are kept to the regions that they move."""
+    align: HeadAlignConfig = field(default_factory=HeadAlignConfig)
+    warp: WarpConfig = field(default_factory=WarpConfig)
+    complete: CompleteConfig = field(default_factory=CompleteConfig)
+
+
+@dataclass(frozen=True)
+class NeutralFace:
+    """The person at rest: what every expression is brought to."""
+
+    map: CylinderMap
+    landmarks: MapLandmarks
+    artist: ArtistMesh
+    units: Float[np.ndarray, "52 n 3"]
+    """The bundled expressions on this face."""
+    grid: TexelGrid
+    texture: Float[np.ndarray, "h w 3"]
+
+
+@dataclass(frozen=True)
+class BuiltShape:
+    """One expression on the artist mesh."""
+
+    name: str
+    delta: Float[np.ndarray, "n 3"]
+    """Mm, whole."""
+    texture: Float[np.ndarray, "h w 3"]
+    seen: Bool[np.ndarray, " n"]
+    """Vertices that the capture shows."""
+    map: CylinderMap
+    """The capture in the neutral's frame."""
+    warp: SkinWarp
+    landmarks: int
+    """How many are known in both."""
+    rms_mm: float
+    """Of the forehead after ICP, mm."""
+
+
+def neutral_face(map_: CylinderMap, face: BundledFace, config: RigConfig) -> NeutralFace:
+    """Landmarks, artist mesh and base texture of the neutral (sec. 4.2 and 5.1)."""
+    landmarks = landmarks_on_map(map_)
+    artist = bundled_mesh(map_, landmarks, face)
+    units = transferred(face, artist.mesh)
+    grid = texel_grid(artist.mesh, artist.shown, map_, config.texture)
+    return NeutralFace(map_, landmarks, artist, units, grid, neutral_texture(grid, map_))
+
+
+def build_shape(map_: CylinderMap, neutral: NeutralFace, face: BundledFace, config: RigConfig) -> BuiltShape:
+    """One capture: aligned by the forehead, warped to the neutral, looked up on the artist mesh (sec. 3 to 5.1).
+
+    Raises:
+        BadInput: no face, no forehead, or too few landmarks.
+    """
+    aligned = align(map_, landmarks_on_map(map_), neutral.map, neutral.landmarks, config.align)
+    artist, expected = neutral.artist, None
+    if config.model:
+        mix = mix_of(neutral.units, artist.mesh, aligned.landmarks, neutral.landmarks)
+        expected = motion_image(artist.mesh, np.tensordot(mix, neutral.units, axes=1), neutral.map.layout)
+    warped = warp(aligned.map, aligned.landmarks, neutral.map, neutral.landmarks, expected=expected, config=config.warp)
+    found = look_up(artist, aligned.map, warped)
+    marks = aligned.landmarks
+    if config.stabilise:
+        share = mass(artist.mesh.vertices, artist.mesh.faces) * face.regions["face"]
+        still = stabilised(found, artist.mesh.vertices, share)
+        found, marks = still.apply(found), marks.moved(still)
+    seen = np.isfinite(found[:, 0])
+    if not seen.any():
+        raise BadInput(f"{map_.name}: shows nothing of the face that the neutral shows")
+    edges = along_contours(artist.mesh.vertices, face.contours, marks, neutral.landmarks)
+    delta, _ = complete(artist, found, face, neutral.units, edges)
+    texture, _ = expression_texture(neutral.grid, aligned.map, warped, neutral.texture)
+    known = int((aligned.landmarks.known & neutral.landmarks.known).sum())
+    return BuiltShape(map_.name, delta, texture, seen, aligned.map, warped, known, aligned.rms_mm)
