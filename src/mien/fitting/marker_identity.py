@@ -22,9 +22,9 @@ class IdentityConfig:
     """What the identity space cannot tell, plus jitter, mm."""
     slide_mm: tuple[float, float] = (12.0, 4.0)
     """How far a marker is free to slide along the skin, first and last round, mm: closest points are no true ones."""
-    standoff_mm: float = 3.0
-    """Expected distance from the skin to a marker's centre, mm."""
-    standoff_deviation_mm: float = 1.0
+    standoff_mm: float = 2.0
+    """Expected distance from the skin to a marker's centre, mm: spheres and half spheres of 3 to 6 mm."""
+    standoff_deviation_mm: float = 0.7
     """How far the take's common stand-off may differ from that, mm."""
     fade_mm: float = np.inf
     """A marker this far from the skin counts a quarter; inf: all are on it."""
@@ -82,6 +82,19 @@ def on_closest(fit: IdentityFit, cloud: Float[np.ndarray, "markers 3"], region: 
     held = closest_below(fit.neutral, region, points, fit.standoff_mm)
     residuals = np.linalg.norm(points - surface_points(fit.neutral, held, fit.standoff_mm), axis=1)
     return replace(fit, attachment=held, residuals=residuals)
+
+
+def on_skin(fit: IdentityFit, cloud: Float[np.ndarray, "markers 3"], skin: np.ndarray, beyond_mm: float) -> IdentityFit:
+    """Markers farther than `beyond_mm` from their places put on the triangles of `skin` where those are nearer.
+
+    The face is fitted by the face; a marker under the jaw or on the temple sits beyond it.
+    """
+    other = on_closest(fit, cloud, skin)
+    nearer = (fit.residuals > beyond_mm) & (other.residuals < fit.residuals)
+    faces = np.where(nearer, other.attachment.faces, fit.attachment.faces)
+    barycentric = np.where(nearer[:, None], other.attachment.barycentric, fit.attachment.barycentric)
+    residuals = np.where(nearer, other.residuals, fit.residuals)
+    return replace(fit, attachment=Attachment(faces, barycentric), residuals=residuals)
 
 
 def person(face: BundledFace, coefficients: Float[np.ndarray, " modes"]) -> Mesh:

@@ -7,7 +7,7 @@ from jaxtyping import Bool, Float, Int
 
 from ..errors import BadInput
 from ..faces.bundled import BundledFace
-from ..fitting.marker_identity import IdentityConfig, IdentityFit, fit_identity, on_closest
+from ..fitting.marker_identity import IdentityConfig, IdentityFit, fit_identity, on_closest, on_skin
 from ..mesh import ClosestPoint, Mesh, submesh, vertex_normals
 from ..progress import SILENT, Progress
 from ..register.align import AlignConfig, align
@@ -118,7 +118,8 @@ def lay_on_face(
     frames = trial_frames(len(positions), config)
     ask = (positions[frames], cloud, face, region, metric, config)
     laid = _best(_trials(*ask, progress), cloud, config)
-    if laid.identity.residuals.max() < config.off_face.suspect_mm:
+    from_skin = on_skin(laid.identity, cloud, skin_triangles(face), config.off_face.suspect_mm).residuals
+    if from_skin.max() < config.off_face.suspect_mm:
         return laid
     robust = _robust_trials(*ask, progress)
     if not robust:
@@ -215,14 +216,16 @@ def fit_most(
 ) -> tuple[IdentityFit, Int[np.ndarray, " kept"]]:
     """The person under most of the markers, and which these are: robustly at first, then under those alone."""
     fit = fit_identity(cloud, face, region, T_face_head, config=replace(identity, fade_mm=config.fade_mm))
-    kept = np.flatnonzero(~off_face(fit.residuals, config))
+    skin = skin_triangles(face)
+    kept = np.flatnonzero(~off_face(on_skin(fit, cloud, skin, config.suspect_mm).residuals, config))
     again = replace(identity, rounds=config.refit_rounds)
     under = kept
     for _ in range(config.rounds):
         if len(kept) < config.fewest:
             return fit, kept
         fit = fit_identity(cloud[kept], face, region, fit.T_face_head, start=fit.coefficients, config=again)
-        under, kept = kept, np.flatnonzero(~off_face(on_closest(fit, cloud, region).residuals, config))
+        apart = on_skin(on_closest(fit, cloud, region), cloud, skin, config.suspect_mm).residuals
+        under, kept = kept, np.flatnonzero(~off_face(apart, config))
         if np.array_equal(kept, under):
             break
     return fit, under
@@ -232,6 +235,13 @@ def _cost(squared: float, kept: np.ndarray, cloud: np.ndarray, config: OffFaceCo
     """rms over all markers, those off the face as if they were just so, mm."""
     off = len(cloud) - len(kept)
     return float(np.sqrt((len(kept) * squared + off * config.least_mm**2) / len(cloud)))
+
+
+def skin_triangles(face: BundledFace) -> Int[np.ndarray, " triangles"]:
+    """Triangles of the whole skin, head and neck."""
+    skin = np.zeros(len(face.rig.neutral.vertices), dtype=bool)
+    skin[face.parts["skin"]] = True
+    return np.flatnonzero(skin[face.rig.neutral.faces].all(axis=1))
 
 
 def off_face(distances: Float[np.ndarray, " markers"], config: OffFaceConfig) -> Bool[np.ndarray, " markers"]:

@@ -23,7 +23,7 @@ class FindNeutralConfig:
     """The frame that is neutral, where it is known; None: find it."""
     candidates: int = 10
     """Calm frames that are tried."""
-    tie: float = 0.005
+    tie: float = 0.015
     """Candidates this near to the best are told apart by how long they are held."""
 
 
