@@ -51,3 +51,10 @@ def test_bad_input_is_one_line(fitted, capsys, tmp_path, words, line):
     told = capsys.readouterr().err
     assert line in told
     assert told.count("\n") == 1
+
+
+def test_view_leaves_a_page(fitted, capsys):
+    take = fitted / "clips" / "squeeze" / "markers.c3d"
+    assert run("view", take, "--maps", fitted / "maps", "-o", fitted / "page") == 0
+    assert "8 frames" in capsys.readouterr().out
+    assert (fitted / "page" / "index.html").is_file()

@@ -17,9 +17,9 @@ FLOORS = [
     {"landmarks", "image_space", "takes"},
     {"fitting"},
     {"markers", "scans", "tracking", "blendshapes", "detail", "light", "stage"},
-    {"reports"},
+    {"reports", "viewer"},
     {"experiments"},
-    {"cli", "viewer"},
+    {"cli"},
 ]
 FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
 

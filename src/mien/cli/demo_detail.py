@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-FRAMES, LEVELS, SIZE = 8, 2, 256
+FRAMES, LEVELS, SIZE = 6, 2, 192
 """Of a training clip; of the skin's subdivision; of the medium map, the fine one has twice as much."""
 ORDERS = {"linear": 1, "biquadratic": 2, "bicubic": 3}
 PAPER = {"energies": (76.84, 92.52, 98.46, 99.76, 100.0), "medium": (0.397, 0.303, 0.296)}

@@ -15,7 +15,7 @@ from .options import refuse_unused, verb
 
 @verb
 def detail(
-    what: Literal["fit", "synth"],
+    what: Literal["fit", "synth", "view"],
     source: Path,
     *,
     output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("detail"),
@@ -30,19 +30,20 @@ def detail(
     """Learn how a person's skin wrinkles from scanned clips (fit), and put it on their takes (synth).
 
     `fit` reads a folder of clips, each with its markers and one registered mesh a frame, from neutral to an expression,
-    and leaves a folder of maps. `synth` plays a marker take, or any animated face of the same person, with them.
+    and leaves a folder of maps. `synth` plays a marker take, or any animated face of the same person, with them. `view`
+    writes a page that does so in a browser, on the GPU.
 
     Parameters
     ----------
     what
-        fit or synth.
+        fit, synth or view.
     source
-        fit: the folder of clips. synth: a take (C3D, TRC, CSV) with the markers of the training, or a performance
+        fit: the folder of clips. synth, view: a take (C3D, TRC, CSV) with the markers of the training, or a performance
         (.glb) of the same person.
     output
-        fit: the folder for the maps. synth: a folder for one .ply a frame, or a film (.mp4).
+        fit, view: the folder for the maps or the page. synth: a folder for one .ply a frame, or a film (.mp4).
     maps
-        synth: the folder that fit has left.
+        synth, view: the folder that fit has left.
     unit
         fit: of the meshes; mm where not given.
     half
@@ -55,9 +56,12 @@ def detail(
     if what == "fit":
         refuse_unused("with fit", "maps", "rate", "place", "synthesis")
         return fit_maps(existing(source), output, fitting, unit, half)
-    refuse_unused("with synth", "unit", "half", "fitting")
+    refuse_unused(f"with {what}", "unit", "half", "fitting")
     if maps is None:
-        raise BadInput("synth: --maps is missing: the folder that `mien detail fit` has left")
+        raise BadInput(f"{what}: --maps is missing: the folder that `mien detail fit` has left")
+    if what == "view":
+        refuse_unused("with view", "synthesis")
+        return page(existing(source), maps, output, rate, place)
     play(existing(source), maps, output, synthesis, rate, place)
 
 
@@ -107,3 +111,19 @@ def play(
     if guessed:
         print(f"{guessed} markers were filled in from their neighbours in some frames")
     print(f"{output}: {count} frames of {len(synthesizer.mesh.vertices):,} vertices")
+
+
+def page(source: Path, maps: Path, output: Path, rate: float | None, place: int | None) -> None:
+    """A take with detail, in a browser."""
+    from ..detail.disk.maps import read_detail
+    from ..detail.pipeline import drive_of
+    from ..io.gltf import read_performance
+    from ..io.markers import read_markers
+    from ..viewer.detail_page import write_detail_page
+
+    model = read_detail(maps)
+    take = read_performance(source) if source.suffix.lower() == ".glb" else read_markers(source, rate=rate)
+    drive = drive_of(model, take, place)
+    modes = write_detail_page(output, model, drive, take.rate)
+    size = sum(file.stat().st_size for file in output.iterdir()) / 1e6
+    print(f"{output}/index.html: {len(drive.positions)} frames, {modes} modes of base motion, {size:.1f} MB")

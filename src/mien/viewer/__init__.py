@@ -1,0 +1,1 @@
+"""Pages that move: static files that ask nothing of the network."""

@@ -1,0 +1,116 @@
+"""A page that evaluates both displacement maps on the GPU and plays a take (plain WebGL 2)."""
+
+import base64
+import json
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from ..detail.domain import deformation_vectors
+from ..detail.drive import Drive
+from ..detail.fields import QUADRATIC, parameter_field
+from ..detail.fit import DetailMap, DetailModel
+from ..detail.synthesize import at_vertices, vertex_attachment
+from ..detail.texture_space import texture_gradients, with_gutter
+from ..errors import BadInput
+from ..files import whole
+from ..mesh import loop_subdivide
+
+WIDTH = 512
+"""Of textures that hold one vertex a texel."""
+MODES = 24
+"""Most modes of the base motion that a page carries."""
+CLOSE_MM = 0.02
+"""The modes reach the thin shell to this rms."""
+STATIC = ("index.html", "detail.js")
+
+
+def write_detail_page(folder: str | Path, model: DetailModel, drive: Drive, rate: float) -> int:
+    """`index.html`, `detail.js` and `data.js` with the take: open `index.html`, no server is needed.
+
+    The base motion is given as modes (its principal components over the take); d1 and d2 as the quadratic forms of
+    `ParameterField`. Returns the number of modes.
+
+    Raises:
+        BadInput: maps that are not biquadratic, or a take without frames.
+    """
+    folder = Path(folder)
+    orders = [m.polynomial.order for m in (model.medium, model.fine) if m is not None]
+    if set(orders) != {QUADRATIC}:
+        raise BadInput("detail page: its shader evaluates biquadratic maps; fit with order 2")
+    if not len(drive.positions):
+        raise BadInput("detail page: the take has no frames")
+    folder.mkdir(parents=True, exist_ok=True)
+    data = page_data(model, drive, rate)
+    for name in STATIC:
+        text = files("mien.viewer").joinpath("static", name).read_text(encoding="utf-8")
+        with whole(folder / name) as temporary:
+            temporary.write_text(text, encoding="utf-8")
+    with whole(folder / "data.js") as temporary:
+        temporary.write_text(f"window.DETAIL = {json.dumps(data)};\n", encoding="utf-8")
+    return int(data["modes"])
+
+
+def page_data(model: DetailModel, drive: Drive, rate: float) -> dict:
+    """What the shader needs, arrays as base64 of little-endian numbers."""
+    base, offsets = model.base, drive.positions - model.reference
+    assert base.uv is not None
+    _, S = loop_subdivide(base, 0)
+    field = parameter_field(model.domain, base, model.attachment, vertex_attachment(base, model, S))
+    amounts, modes = base_motion(model, offsets)
+    rest = np.concatenate([base.vertices[None], modes])
+    along_u, along_v = texture_gradients(base)
+    layers = np.concatenate([rest, *(np.stack([G @ mode for mode in rest]) for G in (along_u, along_v))])
+    vectors = deformation_vectors(model.domain.strains, drive.positions)
+    forms = np.stack([field.forms(frame) for frame in vectors])
+    rows = -(-len(base.vertices) // WIDTH)
+    medium = at_vertices(model.medium, base.uv).coefficients
+    fine = model.fine or model.medium
+    return {
+        "vertices": len(base.vertices), "width": WIDTH, "rows": rows, "rate": rate, "frames": len(forms),
+        "modes": amounts.shape[1], "triangles": len(field.corners),
+        "middle": base.vertices.mean(axis=0).tolist(), "radius": float(np.ptp(base.vertices, axis=0).max() / 2),
+        "faces": _packed(base.faces, np.uint32), "uv": _packed(base.uv),
+        "place": _packed(np.column_stack([field.triangle, field.weights.T])),
+        "modes_texture": _packed(_in_rows(layers, rows)), "amounts": _packed(amounts), "forms": _packed(forms),
+        "coefficients": _packed(_in_rows(medium.transpose(1, 0, 2), rows)),
+        "fine": _map_texture(fine, 0 if model.fine else None), "fine_size": fine.texels.size,
+        "medium": _map_texture(model.medium, 2), "medium_size": model.medium.texels.size,
+    }  # fmt: skip
+
+
+def base_motion(
+    model: DetailModel, offsets: Float[np.ndarray, "t k 3"]
+) -> tuple[Float[np.ndarray, "t r"], Float[np.ndarray, "r n 3"]]:
+    """Amounts and modes: the thin shell's motion over a take, as few as come `CLOSE_MM` near, at least one."""
+    flat = offsets.reshape(len(offsets), -1)
+    U, singular, Vt = np.linalg.svd(flat, full_matrices=False)
+    left = np.sqrt(np.maximum((singular**2).sum() - np.cumsum(singular**2), 0) / len(flat) / model.reference.shape[0])
+    enough = int(np.argmax(left < CLOSE_MM)) + 1 if (left < CLOSE_MM).any() else len(singular)
+    r = min(max(enough, 1), MODES)
+    modes = np.stack([model.shell.response @ row.reshape(-1, 3) for row in Vt[:r]])
+    return U[:, :r] * singular[:r], modes
+
+
+def _in_rows(layers: np.ndarray, rows: int) -> np.ndarray:
+    """(l, n, 3) filled up to whole rows of the texture."""
+    out = np.zeros((len(layers), rows * WIDTH, 3), np.float32)
+    out[:, : layers.shape[1]] = layers
+    return out
+
+
+def _map_texture(detail: DetailMap, channel: int | None) -> str:
+    """Four coefficients a texel, then two, 16-bit; unreliable texels take their surroundings'. None: zeros."""
+    size = detail.texels.size
+    planes = np.zeros((size, size, 6), np.float16)
+    if channel is not None:
+        read = np.where(detail.unreliable[:, None], np.nan, detail.polynomial.coefficients[:, :, channel])
+        read = detail.polynomial.coefficients[:, :, channel] if np.isnan(read).all() else read
+        planes = with_gutter(detail.texels.image(read)).astype(np.float16)
+    return _packed(np.concatenate([planes[..., :4].ravel(), planes[..., 4:].ravel()]), np.float16)
+
+
+def _packed(values: np.ndarray, kind: type = np.float32) -> str:
+    return base64.b64encode(np.ascontiguousarray(values, np.dtype(kind).newbyteorder("<")).tobytes()).decode()

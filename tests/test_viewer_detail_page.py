@@ -1,0 +1,68 @@
+import base64
+import re
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+from detail_patch import bent, marker_places, patch, training
+from mien.detail.base_mesh import BaseConfig
+from mien.detail.domain import deformation_vectors
+from mien.detail.drive import Drive
+from mien.detail.fit import DetailConfig, fit_detail
+from mien.detail.polynomial import PolynomialConfig
+from mien.detail.synthesize import SynthesisConfig, Synthesizer, at_vertices
+from mien.errors import BadInput
+from mien.transforms import Transform
+from mien.viewer.detail_page import STATIC, base_motion, write_detail_page
+
+SMALL = DetailConfig(base=BaseConfig(vertices=0), medium_size=48, fine_size=96)
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+FLAGS = ("--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--dump-dom")
+
+
+@pytest.fixture(scope="module")
+def played():
+    model = fit_detail(training(), SMALL)
+    mesh, at = patch(), marker_places(patch())
+    still = np.stack([at.points(mesh.with_vertices(bent(mesh.vertices, 0.05 * i, 0.03 * i))) for i in range(5)])
+    return model, Drive(model.head.aligned(still), Transform.identity(5), np.zeros(25))
+
+
+def test_modes_carry_the_thin_shell(played):
+    model, drive = played
+    amounts, modes = base_motion(model, drive.positions - model.reference)
+    shell = model.shell.vertices(drive.positions[-1] - model.reference)
+    found = model.base.vertices + np.einsum("r,rnd->nd", amounts[-1], modes)
+    assert np.linalg.norm(found - shell, axis=1).max() < 0.1
+
+
+def test_the_page_is_whole_and_small(played, tmp_path):
+    model, drive = played
+    write_detail_page(tmp_path, model, drive, 30.0)
+    assert {file.name for file in tmp_path.iterdir()} == {*STATIC, "data.js"}
+    assert sum((tmp_path / name).stat().st_size for name in STATIC) < 1_000_000
+    cubic = fit_detail(training(), DetailConfig(SMALL.base, medium_size=16, fine_size=0, medium=PolynomialConfig(3)))
+    with pytest.raises(BadInput, match="biquadratic"):
+        write_detail_page(tmp_path, cubic, drive, 30.0)
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine (Debian: apt install chromium)")
+def test_the_shader_finds_what_the_library_finds(played, tmp_path):
+    """Places and fine heights of every vertex, read back from a float target, against the CPU's."""
+    model, drive = played
+    write_detail_page(tmp_path / "page", model, drive, 30.0)
+    profile = f"--user-data-dir={tmp_path / 'profile'}"
+    address = f"{(tmp_path / 'page' / 'index.html').as_uri()}#check=4"
+    shown = subprocess.run([CHROMIUM, *FLAGS, profile, address], capture_output=True, text=True, timeout=120).stdout
+    found = re.search(r'id="readback">([^<]+)<', shown)
+    assert found, shown[-2000:]
+    texels = np.frombuffer(base64.b64decode(found[1]), "<f4").reshape(-1, 4)[: len(model.base.vertices)]
+    made = Synthesizer(model, SynthesisConfig(fine_map=False)).frame(drive.positions[4])
+    np.testing.assert_allclose(texels[:, :3], made.vertices, atol=0.1)
+    assert np.sqrt(((texels[:, :3] - made.vertices) ** 2).mean()) < 0.01
+    vectors = deformation_vectors(model.domain.strains, drive.positions)[4]
+    field = Synthesizer(model)._medium.field
+    expected = at_vertices(model.fine, model.base.uv).evaluate(field.parameters(vectors))[:, 0]
+    np.testing.assert_allclose(texels[:, 3], expected, atol=2e-3)
