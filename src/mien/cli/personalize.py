@@ -1,5 +1,6 @@
 """`mien personalize`: a calm face before an RGB-D camera becomes that person's rig."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -9,6 +10,7 @@ from ..io.gltf import write_rig
 from ..io.meshes import write_mesh
 from ..io.rgbd import RgbdTake
 from ..landmarks.detector import require_landmarker
+from ..takes.told_frame import told_frame
 from ..tracking.person.personalize import PersonalizeConfig
 from ..tracking.person.personalize import personalize as make_rig
 from ..tracking.person.rig_from_images import rig_from_images
@@ -24,6 +26,7 @@ def personalize(
     *,
     output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("rig.glb"),
     scan: Path | None = None,
+    neutral: str | None = None,
     reading: Annotated[PicturesReading, Parameter(name="*")] = PicturesReading(),
     config: Annotated[PersonalizeConfig, Parameter(name="*")] = PersonalizeConfig(),
 ) -> None:
@@ -42,12 +45,17 @@ def personalize(
         Where the rig goes (.glb).
     scan
         Write the merged depth too (.ply).
+    neutral
+        Where the face begins to be at rest: a frame (120, counted from 0) or a time (2.5s); the first without.
     """
     check_outputs({"a rig": output, "a merged scan": scan}, inputs=[take])
     require_landmarker()
     source = read_pictures(take, reading)
+    if neutral is not None:
+        refuse_unused("with --neutral", "config.first")
+        config = replace(config, first=told_frame(neutral, source.rate, "--neutral"))
     if not source.has_depth:
-        refuse_unused("without depth", "scan", "config.aggregate", "config.neutral")
+        refuse_unused("without depth", "scan", "config.aggregate", "config.identity")
         from_video(source, output, config)
         return
     with bar() as progress:
@@ -60,6 +68,7 @@ def personalize(
         f"{output}: {len(person.rig.names)} shapes; {person.merged} frames merged, {person.neutral.wrapped:.2f} mm "
         f"mean distance from the scan ({person.neutral.fitted:.2f} before the shrink-wrap)"
     )
+    print(person.neutrality)
 
 
 def from_video(source: RgbdTake, output: Path, config: PersonalizeConfig) -> None:
@@ -72,6 +81,7 @@ def from_video(source: RgbdTake, output: Path, config: PersonalizeConfig) -> Non
         f"{output}: {len(portrait.rig.names)} shapes, from colour alone; landmarks {portrait.average:.2f} mm off the "
         f"average face, {portrait.fitted:.2f} mm off the fitted one"
     )
+    print(portrait.neutrality)
 
 
 def beside(rig: Path) -> Path:

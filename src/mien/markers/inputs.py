@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 
 from ..clip import Markers
-from ..errors import BadInput
 from ..faces import BundledFace, IdentitySpace, load_face
 from ..io.rigs import read_any_rig
 from ..mesh import Attachment
 from ..rig import Rig
+from ..takes.told_frame import told_frame
 from .attachment_file import labels_off_face, read_attachment
 from .pipeline import TakeConfig
 
@@ -39,11 +39,7 @@ def with_neutral(config: TakeConfig, told: str, rate: float) -> TakeConfig:
     Raises:
         BadInput: neither.
     """
-    text = told.strip().lower()
-    try:
-        frame = round(float(text.removesuffix("s")) * rate) if text.endswith("s") or "." in text else int(text)
-    except ValueError:
-        raise BadInput(f"--neutral: expected a frame (120) or a time (2.5s), got {told!r}") from None
+    frame = told_frame(told, rate, "--neutral")
     neutral = replace(config.calibrate.neutral, frame=frame)
     return replace(config, calibrate=replace(config.calibrate, neutral=neutral))
 

@@ -20,7 +20,7 @@ from ..rig.facs import FACS23
 from ..transforms import Transform
 from .correctives import CorrectiveBasis, CorrectiveConfig, with_correctives
 from .model import TrackingModel, tracking_model
-from .person.personalize import PATIENCE, no_face, with_scale
+from .person.calm_frames import PATIENCE, no_face, with_scale
 from .terms.fit_config import BlendshapeFitConfig
 from .tracker import step_or_lose
 from .tracker_context import NoTimer, StageTimer, TrackConfig, TrackResult, initial_state, tracker_context

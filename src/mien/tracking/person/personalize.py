@@ -1,8 +1,6 @@
 """A person's rig from a second or two of their calm face (Li et al. 2013, sec. 3)."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field
-from itertools import islice
 from typing import Literal
 
 import numpy as np
@@ -25,7 +23,7 @@ from ...landmarks.on_rig import (
     landmarks_of,
     lift,
 )
-from ...landmarks.stream import Landmarker, with_landmarks
+from ...landmarks.stream import Landmarker
 from ...mesh import Mesh
 from ...one_line import count, one_line
 from ...pictures.raycast import depth_image
@@ -33,12 +31,13 @@ from ...progress import SILENT, Progress
 from ...rig import Rig
 from ...rig.transfer import merged, transfer_rig
 from ...transforms import Transform
-from ..detect import WrongScale, detect, length
+from ..detect import WrongScale, detect
 from ..model import tracking_model
 from .aggregate import Aggregate, AggregateConfig, aggregate
+from .calm_frames import Neutrality, calm_frames, with_scale
 
-PATIENCE = 30
-"""Frames in which a face must appear."""
+VIEWS = 12
+"""Frames from which the landmarks' places on the neutral are taken, about."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +51,7 @@ class PersonalizeConfig:
     shapes: Literal["arkit", "facs23"] = "arkit"
     """All 52 expressions, or the paper's 23 (`mien.rig.transfer.FACS23`)."""
     aggregate: AggregateConfig = field(default_factory=AggregateConfig)
-    neutral: NeutralFitConfig = field(default_factory=NeutralFitConfig)
+    identity: NeutralFitConfig = field(default_factory=NeutralFitConfig)
 
 
 @dataclass(frozen=True)
@@ -69,6 +68,8 @@ class Personal:
     """Mean distance of the frames from the merged scan, mm."""
     merged: int
     """Frames that went into the scan."""
+    neutrality: Neutrality
+    """How neutral the face was in them."""
 
     def __repr__(self) -> str:
         return one_line(self, self.rig, f"{count(self.merged, 'frames')} merged")
@@ -95,7 +96,8 @@ def personalize(
         raise BadInput(f"{take.name}: has no depth; a person's rig needs an RGB-D take")
     face = face or load_face()
     generic = generic or landmarks_of(face.rig)
-    frames, found = calm_frames(take, landmarker or FaceLandmarker("video"), config, progress)
+    looking = landmarker or FaceLandmarker("video")
+    frames, found, neutrality = calm_frames(take, looking, config.first, config.frames, progress)
     try:
         T_camera_face = detect(tracking_model(face.rig, generic), frames[0], found[0], take.camera)
     except WrongScale as error:
@@ -103,7 +105,7 @@ def personalize(
     scanned = aggregate(frames, take.camera, T_camera_face, config.aggregate, progress)
     seen = landmarks_on_scan(scanned, frames, found, take.camera)
     eye = T_camera_face.inverse().translation
-    neutral = fit_neutral(face, generic, scanned.scan, seen, eye, config.neutral)
+    neutral = fit_neutral(face, generic, scanned.scan, seen, eye, config.identity)
     expressions = face.rig if config.shapes == "arkit" else merged(face.rig)
     rig = transfer_rig(expressions, neutral.mesh)
     landmarks = own_landmarks(rig, generic, scanned, neutral.T_scan_face, found, take.camera)
@@ -115,56 +117,20 @@ def personalize(
         neutral=neutral,
         frame_distance=scanned.frame_distance,
         merged=sum(pose is not None for pose in scanned.T_camera_face),
+        neutrality=neutrality,
     )
-
-
-def no_face(take: RgbdTake) -> BadInput:
-    """The line for a take without a face."""
-    return BadInput(f"{take.name}: no face in the first {PATIENCE} frames; face the camera, in light, and start again")
-
-
-USUAL_SCALES = (100, 1000, 2000, 4000, 5000, 8000, 10000)
-"""Units a metre that depth cameras and data sets use."""
-
-
-def with_scale(error: BadInput, take: RgbdTake) -> BadInput:
-    """The error, and if it is about the depth's unit, which scale would fit this take."""
-    if not isinstance(error, WrongScale) or take.depth_scale is None:
-        return error
-    wanted = take.depth_scale * error.factor
-    usual = min(USUAL_SCALES, key=lambda scale: abs(np.log(scale / wanted)))
-    wanted = usual if abs(np.log(usual / wanted)) < 0.2 else round(wanted)
-    return BadInput(
-        f"{take.name}: with {take.depth_scale:g} units of depth a metre the face is {length(error.wide)} wide; "
-        f"--depth-scale {wanted} would make it {length(error.wide * take.depth_scale / wanted)}"
-    )
-
-
-def calm_frames(take: RgbdTake, landmarker, config, progress) -> tuple[list[RGBDFrame], list[Landmarks2D]]:
-    """The calm frames in which a face is found, with their landmarks."""
-    frames, found = [], []
-    calm: Iterable[RGBDFrame] = islice(iter(take), config.first, config.first + config.frames)
-    for i, (frame, landmarks) in enumerate(with_landmarks(calm, landmarker)):
-        if landmarks is not None:
-            frames.append(frame)
-            found.append(landmarks)
-        if i + 1 >= PATIENCE and not frames:
-            break
-        progress.update("looking for the face", i + 1, min(config.frames, take.count))
-    if not frames:
-        raise no_face(take)
-    return frames, found
 
 
 def landmarks_on_scan(
     scanned: Aggregate, frames: list[RGBDFrame], found: list[Landmarks2D], camera: Camera
 ) -> Float[np.ndarray, "478 3"]:
     """Each landmark's median place over the frames, in the scan's space, mm; NaN where depth never showed it."""
-    places = [
-        pose.inverse().apply(lifted(frame.depth, landmarks, camera))
-        for pose, frame, landmarks in zip(scanned.T_camera_face, frames, found, strict=True)
-        if pose is not None and frame.depth is not None
-    ]
+    places = []
+    for pose, frame, landmarks in zip(scanned.T_camera_face, frames, found, strict=True):
+        if pose is None or frame.depth is None:
+            continue
+        in_camera = lifted(frame.depth, landmarks, camera)
+        places.append(pose.inverse().apply(in_camera))
     return _median(np.stack(places))
 
 
@@ -175,13 +141,15 @@ def own_landmarks(
 
     The inner lips stay where they are on the generic face: on a closed mouth both are seen on one line.
     """
-    placed = [(pose, marks) for pose, marks in zip(scanned.T_camera_face, found, strict=True) if pose is not None]
-    chosen = placed[:: max(len(placed) // 12, 1)]
+    both = zip(scanned.T_camera_face, found, strict=True)
+    placed = [(pose, marks) for pose, marks in both if pose is not None]
+    apart = max(len(placed) // VIEWS, 1)
     seen = []
-    for pose, marks in chosen:
+    for pose, marks in placed[::apart]:
         image = depth_image(rig.neutral, camera, pose @ T_scan_face)
         seen.append(lift(marks.points, image, rig.neutral))
-    points, start = _median(np.stack(seen)), feature_points(generic, rig.neutral)
+    points = _median(np.stack(seen))
+    start = feature_points(generic, rig.neutral)
     points = np.where(np.isfinite(points), points, start)
     inner = [*UPPER_INNER_LIP, *LOWER_INNER_LIP]
     points[inner] = start[inner]

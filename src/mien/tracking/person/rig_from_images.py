@@ -23,7 +23,8 @@ from ...rig.transfer import merged, transfer_rig
 from ...transforms import Transform
 from ..detect import detect
 from ..model import tracking_model
-from .personalize import PersonalizeConfig, calm_frames
+from .calm_frames import Neutrality, calm_frames
+from .personalize import PersonalizeConfig
 
 FRAMES = 12
 """Calm frames that are looked at."""
@@ -46,6 +47,8 @@ class ImageRig:
     """Mean sideways distance of the landmarks from the average face's, mm."""
     fitted: float
     """The same after the identity fit, mm."""
+    neutrality: Neutrality
+    """How neutral the face was in the frames."""
 
 
 def rig_from_images(
@@ -61,7 +64,8 @@ def rig_from_images(
         BadInput: no face in the first 30 frames.
     """
     face = face or load_face()
-    frames, found = calm_frames(take, landmarker or FaceLandmarker("video"), config, progress)
+    looking = landmarker or FaceLandmarker("video")
+    frames, found, neutrality = calm_frames(take, looking, config.first, config.frames, progress)
     chosen = np.unique(np.linspace(0, len(frames) - 1, min(FRAMES, len(frames))).astype(int))
     views = [(RGBDFrame(frames[i].color, None, frames[i].time), found[i]) for i in chosen]
     generic, a, errors = bundled_map(), np.zeros(len(face.identity.modes)), []
@@ -75,7 +79,7 @@ def rig_from_images(
     neutral = bend_to_landmarks(person, generic, poses, [marks for _, marks in views], take.camera)
     expressions = face.rig if config.shapes == "arkit" else merged(face.rig)
     rig = transfer_rig(expressions, person.neutral.with_vertices(neutral))
-    return ImageRig(rig, generic, a, errors[0], errors[-1])
+    return ImageRig(rig, generic, a, errors[0], errors[-1], neutrality)
 
 
 def posed(
