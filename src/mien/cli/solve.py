@@ -117,7 +117,6 @@ def write_results(output: Path, performance: Performance, pages: NamedPages, ima
 def summary(solved) -> str:
     """The line that ends a solve."""
     performance = solved.performance
-    return (
-        f"{int(performance.tracked.sum())} of {len(performance)} frames solved, mean residual "
-        f"{np.nanmean(solved.residuals):.2f} mm, alignment margin {solved.calibration.alignment_margin:.2f}"
-    )
+    frames = f"{int(performance.tracked.sum())} of {len(performance)} frames solved"
+    known = str(solved.left_out) or f"mean residual {np.nanmean(solved.residuals):.2f} mm"
+    return f"{frames}, {known}, alignment margin {solved.calibration.alignment_margin:.2f}"

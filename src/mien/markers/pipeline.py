@@ -21,6 +21,7 @@ from ..takes.stabilise import StabiliseConfig, stabilise
 from ..takes.world import turn_y_up
 from ..transforms import Transform
 from .calibrate import CalibrateConfig, Calibration, calibrate, calibrate_by_hand
+from .left_out import LeftOut, LeftOutConfig, leave_markers_out
 from .personalise_shapes import PersonaliseConfig, personalise_shapes, shape_corrections, spline
 from .plausibility import Fit, doubts
 
@@ -37,6 +38,7 @@ class TakeConfig:
     calibrate: CalibrateConfig = CalibrateConfig()
     solve: SolveConfig = SolveConfig()
     personalise: PersonaliseConfig = PersonaliseConfig()
+    left_out: LeftOutConfig = LeftOutConfig()
     personalise_rounds: int = 3
     """Rounds of solving and bending the shapes to the performer; 0 keeps the bundled face's own shapes."""
 
@@ -60,6 +62,8 @@ class TakeSolve:
     """Samples that counted."""
     depth_known: bool
     """False where the take's depth is no measurement (tracked with one camera)."""
+    left_out: LeftOut
+    """Cross-validated error of the markers on the person before the shapes are bent to them."""
 
     def __repr__(self) -> str:
         return one_line(self, self.performance, f"mean residual {np.nanmean(self.residuals):.2f} mm")
@@ -99,7 +103,11 @@ def solve_take(
     start = stabilised.T_lab_head @ calibration.T_face_head.inverse()
     lab = stabilised.T_lab_head.apply(positions)
     metric = depth.in_face_space(start)
-    personal, solved = _solve_and_personalise(lab, start, rate, calibration, face, metric, config, progress)
+    S = spline(calibration.rig.neutral, calibration.attachment, face.parts["skin"], config.personalise)
+    calibration = replace(calibration, rig=fit_neutral_to_markers(calibration, face, S))
+    personal, solved = _solve_and_personalise(lab, start, rate, calibration, S, metric, config, progress)
+    unbent = marker_model(calibration.rig, calibration.attachment, calibration.standoff)
+    left_out = leave_markers_out(unbent, lab, solved.T_lab_face, metric, config.solve, config.left_out)
     performance = Performance(
         rig=personal.rig,
         weights=solved.weights,
@@ -116,6 +124,7 @@ def solve_take(
         residuals=solved.residuals,
         used=solved.used,
         depth_known=depth.known,
+        left_out=left_out,
     )
 
 
@@ -136,11 +145,9 @@ def off_face_line(labels: tuple[str, ...], kept: Int[np.ndarray, " kept"]) -> st
 
 
 def _solve_and_personalise(
-    lab, T_lab_face, rate, calibration: Calibration, face: BundledFace, metric, config: TakeConfig, progress: Progress
+    lab, T_lab_face, rate, calibration: Calibration, S: np.ndarray, metric, config: TakeConfig, progress: Progress
 ) -> tuple[Calibration, FrameSolve]:
     """Solve every frame, bend the shapes by what is left, and again."""
-    S = spline(calibration.rig.neutral, calibration.attachment, face.parts["skin"], config.personalise)
-    calibration = replace(calibration, rig=fit_neutral_to_markers(calibration, face, S))
     rounds, solving, warm = config.personalise_rounds, config.solve, None
     for number in range(rounds + 1):
         model = marker_model(calibration.rig, calibration.attachment, calibration.standoff)

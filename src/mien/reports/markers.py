@@ -92,10 +92,8 @@ def take_report(
 
 def _lead(solved: TakeSolve, markers: Markers) -> str:
     frames = len(markers.positions)
-    return (
-        f"{frames} frames at {markers.rate:g} a second, {len(markers.labels)} markers; "
-        f"mean residual {np.nanmean(solved.residuals):.2f} mm."
-    )
+    known = str(solved.left_out) or f"mean residual {np.nanmean(solved.residuals):.2f} mm"
+    return f"{frames} frames at {markers.rate:g} a second, {len(markers.labels)} markers; {known}."
 
 
 def _figures(solved: TakeSolve, markers: Markers) -> list[tuple[str, str]]:
@@ -103,6 +101,7 @@ def _figures(solved: TakeSolve, markers: Markers) -> list[tuple[str, str]]:
     seen = markers.seen
     second_best = "none found" if np.isinf(calibration.second_best_mm) else f"{calibration.second_best_mm:.2f} mm"
     return [
+        ("markers left out by turns", str(solved.left_out) or "not tried"),
         ("mean residual", f"{np.nanmean(residuals):.3f} mm"),
         ("95th percentile", f"{np.nanpercentile(residuals, 95):.3f} mm"),
         ("margin over the best other alignment (0 to 1)", f"{calibration.alignment_margin:.2f}"),

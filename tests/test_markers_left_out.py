@@ -1,0 +1,38 @@
+"""Cross-validation over markers."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from marker_stage import acted, small_model
+from mien.markers.left_out import LeftOutConfig, folds, leave_markers_out
+from mien.takes.frame_solve import SolveConfig
+
+LOOSE = SolveConfig(sparsity=0.0, ridge=1e-6, still_power=0.0)
+
+
+def test_a_model_that_is_true_tells_markers_that_it_was_not_shown():
+    _, T, X = acted()
+    assert leave_markers_out(small_model(), X, T, solve=LOOSE).left_out_mm < 0.05
+
+
+def test_a_model_that_is_wrong_does_not_however_small_its_residual():
+    _, T, X = acted()
+    rng = np.random.default_rng(1)
+    wrong = replace(small_model(), shapes=small_model().shapes + rng.normal(size=(6, 40, 3)) * 2)
+    assert leave_markers_out(wrong, X, T, solve=LOOSE).left_out_mm > 0.5
+
+
+def test_it_can_be_left_undone_and_gaps_are_no_error():
+    _, T, X = acted()
+    assert np.isnan(leave_markers_out(small_model(), X, T, config=LeftOutConfig(frames=0)).left_out_mm)
+    holed = X.copy()
+    holed[::3, 5] = np.nan
+    assert leave_markers_out(small_model(), holed, T, solve=LOOSE).left_out_mm < 0.05
+
+
+def test_every_group_is_spread_over_the_face():
+    places = np.random.default_rng(2).normal(size=(40, 3))
+    group = folds(places, 4)
+    assert np.bincount(group).tolist() == [10, 10, 10, 10]
+    assert all(np.ptp(places[group == g, 1]) > 0.5 * np.ptp(places[:, 1]) for g in range(4))
