@@ -41,7 +41,8 @@ def detail(
         fit: the folder of clips. synth, view: a take (C3D, TRC, CSV) with the markers of the training, or a performance
         (.glb) of the same person.
     output
-        fit, view: the folder for the maps or the page. synth: a folder for one .ply a frame, or a film (.mp4).
+        fit, view: the folder for the maps or the page. synth: a folder for one .ply a frame, a film (.mp4), or,
+        from a performance, a .glb whose rig has the wrinkles as shapes.
     maps
         synth, view: the folder that fit has left.
     unit
@@ -101,6 +102,8 @@ def play(
 
     model = read_detail(maps)
     take = read_performance(source) if source.suffix.lower() == ".glb" else read_markers(source, rate=rate)
+    if output.suffix.lower() == ".glb":
+        return export(model, take, output, config)
     with bar() as progress:
         synthesizer, drive, frames = synthesize(model, take, config, progress, place)
         if output.suffix.lower() == ".mp4":
@@ -127,3 +130,17 @@ def page(source: Path, maps: Path, output: Path, rate: float | None, place: int 
     modes = write_detail_page(output, model, drive, take.rate)
     size = sum(file.stat().st_size for file in output.iterdir()) / 1e6
     print(f"{output}/index.html: {len(drive.positions)} frames, {modes} modes of base motion, {size:.1f} MB")
+
+
+def export(model, take, output: Path, config: SynthesisConfig) -> None:
+    """A performance whose wrinkles show wherever morph targets do."""
+    from ..detail.transfer.wrinkle_shapes import with_wrinkles
+    from ..io.gltf import write_performance
+    from ..rig import Performance
+
+    if not isinstance(take, Performance):
+        raise BadInput(f"{output}: wrinkles go out with a rig; give a performance (.glb), or solve the take first")
+    wrinkled, kept = with_wrinkles(model, take, config)
+    write_performance(output, wrinkled)
+    count = len(wrinkled.rig.names) - len(take.rig.names)
+    print(f"{output}: {len(wrinkled)} frames, {count} wrinkle shapes that keep {kept:.0%} of the detail's energy")

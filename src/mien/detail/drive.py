@@ -16,8 +16,6 @@ from .fit import DetailModel
 
 FEWEST = 0.5
 """Share of the training markers that a take must show at the least."""
-CHUNK = 64
-"""Frames of a performance's mesh that are in memory at once."""
 
 
 @dataclass(frozen=True)
@@ -61,20 +59,19 @@ def drive_by_markers(model: DetailModel, markers: Markers, gaps: GapConfig = Gap
 
 
 def drive_by_performance(model: DetailModel, performance: Performance) -> Drive:
-    """Any tracked or solved face of the same person: points of its mesh stand in for markers.
-
-    Each training marker is given the point of the rig's neutral that is nearest to it, and from then on the motion of
-    that point from the neutral.
-    """
-    neutral = performance.rig.neutral
-    at = closest_point(neutral, model.reference).attachment()
-    rest = at.points(neutral)
-    D = at.matrix(neutral)
-    moved = np.stack([D @ delta for delta in performance.rig.deltas])
-    positions = model.reference + np.einsum("tk,kmd->tmd", performance.weights, moved)
+    """Any tracked or solved face of the same person: points of its mesh stand in for markers."""
+    positions = stand_ins(model, performance)
     T_face_still = model.head.pose(positions)
     still = T_face_still.inverse().apply(positions)
-    return Drive(still, performance.T_world_face @ T_face_still, np.zeros(len(rest)))
+    return Drive(still, performance.T_world_face @ T_face_still, np.zeros(len(model.labels)))
+
+
+def stand_ins(model: DetailModel, performance: Performance) -> Float[np.ndarray, "frames k 3"]:
+    """Each training marker with the motion, from the neutral, of the point of the rig's neutral nearest to it; mm."""
+    neutral = performance.rig.neutral
+    D = closest_point(neutral, model.reference).attachment().matrix(neutral)
+    moved = np.stack([D @ delta for delta in performance.rig.deltas])
+    return model.reference + np.einsum("tk,kmd->tmd", performance.weights, moved)
 
 
 def followed(

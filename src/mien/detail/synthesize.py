@@ -76,14 +76,18 @@ class Synthesizer:
         """
         model, config = self.model, self.config
         vectors = deformation_vectors(model.domain.strains, markers[None])[0]
-        shell = self._rest + self._response @ (markers - model.reference).astype(np.float32)
-        vertices = self._upsample @ shell
+        vertices = self.shell(markers)
         if config.medium:
             vertices = self._displaced(vertices, vectors)
         fine = None
         if model.fine is not None and config.fine_map:
             fine = model.fine.driven.values(vectors)[:, 0]
         return SynthesizedFrame(vertices, fine)
+
+    def shell(self, markers: Float[np.ndarray, "k 3"]) -> Float32[np.ndarray, "n 3"]:
+        """The base motion alone on the dense mesh (step 1), mm."""
+        offset = (markers - self.model.reference).astype(np.float32)
+        return self._upsample @ (self._rest + self._response @ offset)
 
     def frames(self, markers: Float[np.ndarray, "frames k 3"], workers: int = 2) -> Iterator[SynthesizedFrame]:
         """All frames in order, `workers` of them at a time: parallel over frames, not inside one."""
