@@ -6,6 +6,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import Float
+from scipy.spatial import KDTree
 
 from ..errors import BadInput
 from ..faces.scan_clean import wound_alike
@@ -14,9 +16,11 @@ from ..io.meshes import SUFFIXES as MESHES
 from ..io.meshes import read_scan
 from ..io.meshes.images import read_image
 from ..io.rgbd import read_rgbd
+from ..landmarks.detector import GROUPS
 from ..landmarks.lift import lift_landmarks
 from ..landmarks.stream import Landmarker
 from ..mesh import Mesh, Scan
+from ..mesh.scan_color import vertex_colours
 from ..progress import SILENT, Progress
 from .cylinder_map import CylinderLayout, CylinderMap, map_of_scan
 from .map_file import read_map
@@ -28,6 +32,8 @@ NEUTRAL_WORDS = ("neutral", "rest", "relaxed", "calm")
 PICTURES = (".png", ".jpg", ".jpeg")
 COLOUR_WORDS = {"col", "color", "colour", "diffuse", "albedo", "basecolor", "diff"}
 """Words by which a picture beside a mesh is known to be its colour."""
+CHEEKS = (50, 101, 118, 280, 330, 347, 151, 9)
+"""Landmarks on bare skin: cheeks and the middle of the forehead."""
 MM_UNKNOWN = "unknown"
 
 
@@ -77,7 +83,10 @@ def read_capture(
 
 
 def with_picture_beside(scan: Scan, path: Path) -> tuple[Scan, tuple[str, ...]]:
-    """A mesh that has texture coordinates but names no picture, with the picture that lies beside it, if one does."""
+    """A mesh that has texture coordinates but names no picture, with the picture that lies beside it, if one does.
+
+    Programs disagree on which row is first: the picture is turned over where that makes brows darker, lips redder.
+    """
     if scan.texture is not None or scan.mesh.uv is None:
         return scan, ()
     pictures = sorted(p for p in path.parent.iterdir() if p.suffix.lower() in PICTURES)
@@ -86,9 +95,31 @@ def with_picture_beside(scan: Scan, path: Path) -> tuple[Scan, tuple[str, ...]]:
     chosen = next((some[0] for some in (own, named, pictures) if len(some) == 1), None)
     if chosen is None:
         return scan, ()
-    return replace(scan, texture=read_image(chosen)), (
-        f"{path.name}: names no texture; {chosen.name} beside it is taken",
-    )
+    note = f"{path.name}: names no texture; {chosen.name} beside it is taken"
+    picture = read_image(chosen)
+    points = lift_landmarks(scan).points
+    ways = [replace(scan, texture=picture), replace(scan, texture=np.ascontiguousarray(picture[::-1]))]
+    looks = [like_a_face(way, points) for way in ways]
+    turned = looks[1] > looks[0]
+    return ways[int(turned)], (note + (", turned upside down" if turned else ""),)
+
+
+def like_a_face(scan: Scan, landmarks: Float[np.ndarray, "478 3"]) -> float:
+    """How much darker brows and how much redder lips are than the cheeks, by a scan's own colours."""
+    colours = vertex_colours(scan)
+    if colours is None:
+        return 0.0
+    tree = KDTree(scan.mesh.vertices)
+
+    def tone(ids: Sequence[int]) -> Float[np.ndarray, " 3"]:
+        points = landmarks[list(ids)]
+        points = points[np.isfinite(points[:, 0])]
+        return colours[tree.query(points)[1]].mean(0) if len(points) else np.full(3, 0.5)
+
+    cheeks, lips = tone(CHEEKS), tone(GROUPS["lips_outer"])
+    brows = tone((*GROUPS["brow_left"], *GROUPS["brow_right"]))
+    redness = (lips[0] - lips[1]) - (cheeks[0] - cheeks[1])
+    return float(cheeks.mean() - brows.mean() + redness)
 
 
 def capture_of_mesh(scan: Scan, pixel_mm: float) -> Capture:
