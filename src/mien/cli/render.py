@@ -7,6 +7,8 @@ from typing import Annotated
 import numpy as np
 from cyclopts import Parameter
 
+from ..blendshapes.build.masks import texture_weights
+from ..blendshapes.build.rig_files import read_textured_rig, record_of
 from ..errors import BadInput
 from ..files import existing
 from ..io.gltf import read_performance, read_rig
@@ -67,6 +69,7 @@ def render(
     sheet: int | None = None,
     heat: Path | None = None,
     units: str | None = None,
+    textured: Path | None = None,
     shot: Annotated[Shot, Parameter(name="*")] = Shot(),
 ) -> None:
     """Performances, rigs and scans as pictures (.png) and films (.mp4): shaded, textured or as heat maps.
@@ -89,6 +92,8 @@ def render(
         to the nearest point of its surface.
     units
         mm, cm, m, in, or millimetres in one unit as a number; for scans.
+    textured
+        For a performance: the rig of `mien rig` that it plays on, whose textures then change with its shapes.
     """
     if sheet is not None and sheet < 1:
         raise BadInput(f"--sheet {sheet}: a contact sheet needs one picture at least")
@@ -99,11 +104,14 @@ def render(
     use_only(f"for {way}", DEPENDS, *USED[way])
     if other is None:
         refuse_unused("without --heat", "shot.limit")
+    if not isinstance(thing, Performance):
+        refuse_unused("without a performance", "textured")
     if not any(isinstance(one, Scan) for one in (thing, other)):
         refuse_unused("without a scan", "units")
     with bar() as progress:
         if isinstance(thing, Performance):
-            show_performance(thing, other, output, frame, sheet, shot, progress)
+            textures = None if textured is None else textures_of(thing, textured)
+            show_performance(thing, other, output, frame, sheet, shot, progress, textures)
         elif isinstance(thing, Rig) and way == SHAPES:
             shapes = shapes_sheet(thing, cell(shot, len(thing.names)), sheet, progress=progress)
             write_png(output, shapes)
@@ -132,25 +140,54 @@ def load(file: Path, units: str | None) -> Performance | Rig | Scan:
 
 
 def show_performance(
-    thing: Performance, other, output: Path, frame: int | None, sheet: int | None, shot: Shot, progress: Progress
+    thing: Performance,
+    other,
+    output: Path,
+    frame: int | None,
+    sheet: int | None,
+    shot: Shot,
+    progress: Progress,
+    textures=None,
 ) -> None:
     """A film, one frame, or a contact sheet."""
     values = distances(thing, other, shot)
     if output.suffix.lower() == ".mp4":
         frames, rate = film_frames(thing, shot.fps)
-        images = performance_frames(thing, frames, shot, values=values, progress=progress)
+        images = performance_frames(thing, frames, shot, values=values, progress=progress, textures=textures)
         write_mp4(output, images, rate)
     elif frame is not None:
-        images = performance_frames(thing, [frame], shot, values=values, progress=progress)
+        images = performance_frames(thing, [frame], shot, values=values, progress=progress, textures=textures)
         write_png(output, next(images))
     else:
         count = min(sheet or FRAMES, len(thing))
         evenly = np.linspace(0, len(thing) - 1, count)
         frames = evenly.round().astype(int).tolist()
-        images = performance_frames(thing, frames, cell(shot, count), values=values, progress=progress)
+        images = performance_frames(
+            thing, frames, cell(shot, count), values=values, progress=progress, textures=textures
+        )
         captions = [f"{t / thing.rate:.2f} s" for t in frames]
         marked = list(map(label, images, captions))
         write_png(output, contact_sheet(marked))
+
+
+def textures_of(thing: Performance, path: Path):
+    """A frame's number -> its texture, by the captures that its weights are mixes of (Casas et al. 2016, sec. 5.2).
+
+    Raises:
+        BadInput: the rig has no textures beside it, or none of its shapes is played.
+    """
+    textured = read_textured_rig(existing(path))
+    if textured is None:
+        raise BadInput(f"{path}: has no textures beside it ({record_of(path).name}); make it with `mien rig`")
+    played = {name: i for i, name in enumerate(thing.rig.names)}
+    shared = [name for name in textured.rig.names if name in played]
+    if not shared or thing.rig.neutral.uv is None:
+        raise BadInput(f"{path}: the performance plays none of its shapes; track it with --rig {path.name}")
+    weights = np.zeros((len(thing), len(textured.rig.names)))
+    for name in shared:
+        weights[:, textured.rig.index(name)] = thing.weights[:, played[name]]
+    shares = texture_weights(weights, textured.mixes)
+    return lambda frame: textured.texture(shares[frame])
 
 
 def distances(thing: Performance, other, shot: Shot):

@@ -1,5 +1,6 @@
 """Pictures of faces: shaded, textured or as heat maps. No display, no GPU, no noise."""
 
+from copy import copy
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -112,6 +113,12 @@ class Renderer:
             self._uv = None if self._uv is None else finer.corners(self._uv)
         albedo = to_linear(np.asarray(color, dtype=np.float64))
         self._carried = self._between @ np.column_stack([albedo, eyeballs(mesh)])
+
+    def with_texture(self, texture: UInt8[np.ndarray, "th tw 3"]) -> "Renderer":
+        """The same surface with another picture on it."""
+        other = copy(self)
+        other.texture = texture
+        return other
 
     def draw(
         self,

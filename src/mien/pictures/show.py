@@ -95,12 +95,14 @@ def performance_frames(
     look: Look | None = None,
     values: Values | None = None,
     progress: Progress = SILENT,
+    textures: Callable[[int], UInt8[np.ndarray, "th tw 3"]] | None = None,
 ) -> Iterator[UInt8[np.ndarray, "h w 3"]]:
     """Pictures of frames, one by one, drawn side by side on all cores.
 
     Args:
         look: by default `film_look`.
         values: a heat map's values; each picture then has the scale beside it.
+        textures: a frame's number -> its texture; by default the rig's own in every frame.
 
     Raises:
         BadInput: a frame that there is not.
@@ -114,11 +116,12 @@ def performance_frames(
         every = max(1, len(frames) // 12)
         look = replace(look, limits=heat_limits([values(t) for t in frames[::every]], shot.limit))
     view, T_camera_face = performance_view(performance, shot)
-    renderer = Renderer(neutral, look, performance.rig.texture)
+    still = Renderer(neutral, look, performance.rig.texture)
 
     def draw(t: int) -> np.ndarray:
         vertices = performance.rig.vertices(performance.weights[t])
         heat = None if values is None else values(t)
+        renderer = still if textures is None else still.with_texture(textures(t))
         return _drawn(renderer, View(view.camera, T_camera_face[t]), vertices=vertices, values=heat)
 
     for done, image in enumerate(side_by_side(draw, frames)):
