@@ -4,9 +4,19 @@ from functools import cache
 
 import numpy as np
 
+from mien.fitting.register_scan import RegisterConfig
+from mien.landmarks.lift import LiftConfig
+from mien.scans.fine_scale import FineConfig
+from mien.scans.pipeline import ScansConfig
 from mien.stage import MocapConfig, ScanConfig, make_performer, marker_layout, perform, scan
 
 FRAMES = (10, 70, 110)
+QUICK = ScansConfig(
+    density=0,
+    fit=RegisterConfig(lift=LiftConfig(sweep_pixels=256, pixels=480, views=((0.0, 0.0), (-0.25, 0.0), (0.25, 0.0)))),
+    fine=FineConfig(sweeps=1, pixel_mm=1.5, curvature_radius_mm=6.0),
+)
+"""Few and small pictures, a coarse template and layout."""
 
 
 @cache

@@ -1,6 +1,7 @@
 """`mien register SCANS/`: what is wrong is told; what is left goes to a rig that `mien solve` takes up."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -10,9 +11,7 @@ from mien.errors import BadInput
 from mien.io.gltf import read_performance, read_rig
 from mien.io.markers import write_c3d
 from mien.io.meshes import write_mesh
-from mien.scans.fine_scale import FineConfig
-from mien.scans.pipeline import ScansConfig
-from scan_stage import FRAMES, scan_stage
+from scan_stage import FRAMES, QUICK, scan_stage
 
 
 def test_the_command_tells_what_is_wrong(tmp_path, monkeypatch):
@@ -47,7 +46,7 @@ def test_the_command_leaves_a_rig_that_solve_takes_up(tmp_path, monkeypatch, cap
         write_mesh(folder / f"{staged.scan.name}.ply", staged.scan.mesh)
     write_c3d(tmp_path / "take.c3d", take.markers)
     (tmp_path / "selection.json").write_text(json.dumps({"frames": list(FRAMES)}))
-    quick = ScansConfig(fine=FineConfig(sweeps=0, pixel_mm=1.5, curvature_radius_mm=6.0))
+    quick = replace(QUICK, fine=replace(QUICK.fine, sweeps=0))
     monkeypatch.setattr("mien.scans.pipeline.ScansConfig", lambda: quick)
     mien(
         "register",

@@ -10,7 +10,6 @@ from mien.errors import BadInput
 from mien.faces import load_face
 from mien.mesh import Mesh, Scan, mass
 from mien.reports.scans import scans_record, surface_distances
-from mien.scans.fine_scale import FineConfig
 from mien.scans.fitted_scan import FittedScan
 from mien.scans.pipeline import ScansConfig, lay_markers, register_scans
 from mien.scans.reconstruct import solve_on_scans
@@ -18,9 +17,7 @@ from mien.scans.take_in_head import TakeInHead
 from mien.stage.score_material import score_material
 from mien.step_cache import StepCache
 from mien.takes.preprocess import preprocess_take
-from scan_stage import FRAMES, scan_stage
-
-QUICK = ScansConfig(density=0, fine=FineConfig(sweeps=1, pixel_mm=1.5, curvature_radius_mm=6.0))
+from scan_stage import FRAMES, QUICK, scan_stage
 
 
 def nothing() -> Scan:
@@ -36,19 +33,20 @@ def flat() -> Mesh:
     return Mesh(vertices, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]))
 
 
-def test_scans_that_markers_do_not_fit_are_left_out_and_the_rest_goes_on():
+def test_scans_that_markers_do_not_fit_are_left_out_and_the_rest_goes_on(tmp_path):
     _, take, _, scans = scan_stage()
     expressions = preprocess_take(take.markers).positions[[*FRAMES, FRAMES[0]]]
     meshes = {s.scan.name: s.scan.mesh for s in scans} | {"wall": flat()}
     fitted = tuple(FittedScan(Scan(mesh, name=name), 0, mesh, None) for name, mesh in meshes.items())
     given = TakeInHead(take.markers.labels, fitted, expressions)
-    left, frames, found = lay_markers(given, ScansConfig(), StepCache())
+    cached = StepCache(tmp_path)
+    left, frames, found = lay_markers(given, ScansConfig(), cached)
     assert [scan.name for scan in left.scans] == [frame.name for frame in frames] == ["s_010", "s_070", "s_110"]
     assert [out.name for out in left.left_out] == ["wall"]
     assert "do not fit the scan" in left.left_out[0].why or "in two ways" in left.left_out[0].why
     assert len(found.scans) == 3
     with pytest.raises(BadInput, match="wall: the markers"):
-        lay_markers(given, ScansConfig(strict=True), StepCache())
+        lay_markers(given, ScansConfig(strict=True), cached)
 
 
 @needs_model
