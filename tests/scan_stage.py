@@ -6,7 +6,7 @@ import numpy as np
 
 from mien.fitting.register_scan import RegisterConfig
 from mien.landmarks.lift import LiftConfig
-from mien.scans.fine_scale import FineConfig
+from mien.scans.correspond.fine_scale import FineConfig
 from mien.scans.pipeline import ScansConfig
 from mien.stage import MocapConfig, ScanConfig, make_performer, marker_layout, perform, scan
 

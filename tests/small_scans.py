@@ -29,6 +29,15 @@ def bundled_template() -> ScanTemplate:
     return make_template(face.rig.neutral, face)
 
 
+def plain_template(mesh: Mesh) -> ScanTemplate:
+    """A mesh that is all skin."""
+    n = len(mesh.vertices)
+    one, nothing = np.ones(n), np.zeros(n)
+    return ScanTemplate(
+        mesh, np.arange(len(mesh.faces)), np.arange(n), mesh, one, {}, {}, one, nothing, nothing.astype(int)
+    )
+
+
 def front_of(mesh: Mesh) -> Mesh:
     """What a scan shows of the template's skin."""
     front = bundled_template().regions["face"] > 0.01

@@ -10,13 +10,11 @@ from mien.errors import BadInput
 from mien.faces.bundled import load_face
 from mien.faces.scan_clean import cleaned, mended, outward, welded, wound_alike
 from mien.fitting.register_scan import RegisterConfig, register_scan, registered_rig
-from mien.fitting.template_parts import TemplateParts, extrapolate_hidden
 from mien.io.gltf import read_rig
 from mien.io.meshes import read_scan, write_mesh
 from mien.landmarks.detector import bundled_landmarks
 from mien.landmarks.lift import LiftConfig, lift_landmarks
 from mien.mesh import Mesh, Scan, loop_subdivide, submesh, vertex_normals
-from mien.register import Template
 from mien.reports.single_scan import registration_record
 from mien.transforms import Transform, rotation_from_vector
 
@@ -212,26 +210,6 @@ def test_what_is_no_surface_is_refused(vertices, faces, says):
     for refuses in (register_scan, lift_landmarks):
         with pytest.raises(BadInput, match=says):
             refuses(scan)
-
-
-def test_hidden_skin_goes_with_what_is_shown():
-    """Everything shown moves forward by 5 mm: so does the inside of the mouth."""
-    face = load_face()
-    body = TemplateParts(face)
-    rest = face.rig.neutral.vertices[body.skin]
-    shown = body.trust[body.skin] > 0
-    moved = np.where(shown[:, None], rest + np.array([0.0, 0, 5]), rest)
-    after = extrapolate_hidden(Template(Mesh(rest, body.skin_triangles)), moved, shown)
-    np.testing.assert_array_equal(after[shown], moved[shown])
-    assert np.abs(after - rest - np.array([0.0, 0, 5])).max() < 0.5
-
-
-def test_openings_are_hidden_and_the_face_is_shown():
-    face = load_face()
-    trust = TemplateParts(face).trust
-    assert (trust[face.regions["face"] > 0.9] > 0).mean() > 0.97
-    assert not trust[face.parts["tongue"]].any()
-    assert (trust[face.parts["skin"]] == 0).sum() > 300
 
 
 @pytest.mark.data

@@ -11,13 +11,13 @@ from mien.cli.main import PIPELINE, app
 
 ROOT = Path(__file__).resolve().parent.parent
 MOST = {
-    "functions > 60 lines": 1,
+    "functions > 60 lines": 0,
     "files > 300 lines": 0,
-    "expression nodes a line, pipelines, drivers and cli": 14,
-    "modules a folder": 1,
+    "expression nodes a line, pipelines, drivers and cli": 13,
+    "modules a folder": 0,
     "largest room": 1,
     "circles of imports": 0,
-    "modules without a test file of their name": 46,
+    "modules without a test file of their name": 44,
     "public names with words of several meanings": 1,
     "types that exist twice": 0,
 }

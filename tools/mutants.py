@@ -26,9 +26,9 @@ scans.take_in_head:preprocess_take = a['markers'] | test_scans_take_in_head* tes
 scans.marker_consensus:consensus_attachment = a['template'].attachment_of(a['shapes'][0], a['skin_points'][0])|test_sca*
 scans.marker_consensus:consensus_standoff = a['standoff'] | test_scans*
 scans.reconstruct:meet_markers = a['shapes'] | test_scans*
-scans.fine_scale:register_fine = replace(r, vertices=a['shapes']) | test_scans*
-fitting.register_scan:_believed = a['anchors'] | test_fitting* test_register_scan*
-fitting.register_scan:_refined = (a['mesh'], a['body'].trusted(a['config'].off_face)) | test_register_scan*
+scans.correspond.fine_scale:register_fine = replace(r, vertices=a['shapes']) | test_scans*
+fitting.register_scan:_believed = a['anchors'] | test_fitting*
+fitting.register_scan:_refined = (a['mesh'], a['body'].trusted(a['config'].off_face)) | test_fitting_register_scan*
 tracking.tracker:carry_landmarks = a['observation'] | test_tracking*
 tracking.tracker:remove_standing_errors = a['observation'] | test_tracking*
 tracking.tracker:rigid_motion = replace(r, T_camera_face=a['T_camera_face']) | test_tracking*

@@ -19,6 +19,14 @@ from ..transforms import Transform
 from .model_fit import ModelFitConfig, fit_person_to_scan, landmark_anchors
 from .shrink_wrap import WrapStage, shrink_wrap
 from .template_parts import TemplateParts, extrapolate_hidden
+from .terms import fading
+
+JUDGED = Rejection(max_distance=5.0)
+"""Closest points that say how good a registration is."""
+LEAST_TRUST = 0.05
+"""Vertices that are trusted less are not reliable, however near the scan is."""
+INSIDE = 0.5
+"""From which value of its mask on a vertex belongs to a region."""
 
 
 @dataclass(frozen=True)
@@ -111,41 +119,60 @@ def register_scan(
     progress.update("registering", 0, 4)
     landmarks = landmarks or lift_landmarks(scan, config.lift)
     body = TemplateParts(face)
-    target, notes = mended(scan.mesh.with_vertices(landmarks.T_face_scan.apply(scan.mesh.vertices)))
+    placed = landmarks.T_face_scan.apply(scan.mesh.vertices)
+    target, notes = mended(scan.mesh.with_vertices(placed))
     progress.update("registering", 1, 4)
     points = landmarks.T_face_scan.apply(landmarks.points)
     anchors = landmark_anchors(points, landmarks.disagreement, config=config.model)
     fitted = fit_person_to_scan(face, body, Surface(target), anchors, landmarks.scores, config.model)
     progress.update("registering", 2, 4)
     T_face_scan = fitted.T_model_target @ landmarks.T_face_scan
-    surface = Surface(target.with_vertices(fitted.T_model_target.apply(target.vertices)))
-    anchors = replace(anchors, points=fitted.T_model_target.apply(anchors.points))
-    anchors = _believed(anchors, face.rig.neutral.with_vertices(fitted.vertices), config.landmark_slack)
-    colored = scan.texture is not None or scan.mesh.colors is not None
-    stages = _wrap_stages(anchors, LIPS_AND_LIDS + BROWS * colored, config)
+    surface = Surface(_placed(target, fitted.T_model_target))
     start = face.rig.neutral.with_vertices(fitted.vertices)
-    mesh = shrink_wrap(face, body, start, surface, stages, body.trusted(config.off_face))
+    moved = fitted.T_model_target.apply(anchors.points)
+    placed_anchors = replace(anchors, points=moved)
+    anchors = _believed(placed_anchors, start, config.landmark_slack)
+    colored = scan.texture is not None or scan.mesh.colors is not None
+    sure = LIPS_AND_LIDS + BROWS if colored else LIPS_AND_LIDS
+    stages = _wrap_stages(anchors, sure, config)
+    trust = body.trusted(config.off_face)
+    mesh = shrink_wrap(face, body, start, surface, stages, trust)
     progress.update("registering", 3, 4)
     mesh, trust = _refined(face, body, mesh, surface, anchors, config)
     distances, reliable = _quality(mesh, surface, trust, config)
     regions = _region_errors(face, config.density, distances, reliable)
     progress.update("registering", 4, 4)
     return Registration(
-        mesh, T_face_scan, distances, reliable, regions, landmarks, fitted.identity, fitted.expression, notes
+        mesh=mesh,
+        T_face_scan=T_face_scan,
+        distances=distances,
+        reliable=reliable,
+        regions=regions,
+        landmarks=landmarks,
+        identity=fitted.identity,
+        expression=fitted.expression,
+        mended=notes,
     )
+
+
+def _placed(mesh: Mesh, T: Transform) -> Mesh:
+    return mesh.with_vertices(T.apply(mesh.vertices))
 
 
 def _believed(anchors: Anchors, fitted: Mesh, slack: float) -> Anchors:
     """The same with less weight where a landmark lies far from the fitted model's."""
-    off = np.linalg.norm(anchors.attachment.points(fitted) - anchors.points, axis=1)
-    return replace(anchors, weights=anchors.weights / (1 + (off / slack) ** 2) ** 2)
+    missing = anchors.attachment.points(fitted) - anchors.points
+    off = np.linalg.norm(missing, axis=1)
+    weights = anchors.weights * fading(off, slack)
+    return replace(anchors, weights=weights)
 
 
 def _of_groups(anchors: Anchors, groups: tuple[str, ...]) -> Anchors:
     """The same with the landmarks of `groups` alone."""
     sets = bundled_landmarks().groups
+    members = np.concatenate([sets[name] for name in groups])
     keep = np.zeros(len(anchors.weights), bool)
-    keep[np.concatenate([sets[name] for name in groups])] = True
+    keep[members] = True
     return replace(anchors, weights=anchors.weights * keep)
 
 
@@ -155,62 +182,88 @@ LIPS_AND_LIDS = ("lips_outer", "lips_inner", "eye_left", "eye_right")
 
 def _wrap_stages(anchors: Anchors, sure: tuple[str, ...], config) -> list[WrapStage]:
     """Stiff (landmarks of the `sure` groups fully, the others a little), then soft (lips and lids alone)."""
-    held, first = _of_groups(anchors, LIPS_AND_LIDS), _of_groups(anchors, sure)
-    all_held = replace(first, weights=np.maximum(first.weights, config.other_landmarks * anchors.weights))
-    return [WrapStage(config.first, all_held), WrapStage(config.second, held)]
+    soft = _of_groups(anchors, LIPS_AND_LIDS)
+    first = _of_groups(anchors, sure)
+    little = config.other_landmarks * anchors.weights
+    stiff = replace(first, weights=np.maximum(first.weights, little))
+    return [
+        WrapStage(config.first, stiff),
+        WrapStage(config.second, soft),
+    ]
 
 
 def _refined(face, body: TemplateParts, mesh: Mesh, surface: Surface, anchors: Anchors, config):
     """Subdivide and register again, `density` times: the mesh, and the trust of its vertices."""
-    trust, is_skin = body.trusted(config.off_face), np.zeros(len(mesh.vertices))
+    trust = body.trusted(config.off_face)
+    is_skin = np.zeros(len(mesh.vertices))
     is_skin[face.parts["skin"]] = 1.0
     held = _of_groups(anchors, LIPS_AND_LIDS)
     for _ in range(config.density):
         points = held.attachment.points(mesh)
         step = loop_refinement(mesh.faces, len(mesh.vertices))
-        trust, is_skin = step.between @ trust, step.between @ is_skin
+        trust = step.between @ trust
+        is_skin = step.between @ is_skin
         mesh = subdivided(mesh, step)
-        on_skin = np.flatnonzero((is_skin[mesh.faces] == 1).all(axis=1))
+        corners = is_skin[mesh.faces]
+        on_skin = np.flatnonzero((corners == 1).all(axis=1))
         skin, members = submesh(mesh, on_skin)
         there = closest_point(skin, points).attachment()
         on_part = replace(held, attachment=there)
         template = Template(skin, 0)
         found = template.register(surface, on_part, config.fine, trust=trust[members])
+        shown = trust[members] > 0
         vertices = mesh.vertices.copy()
-        vertices[members] = extrapolate_hidden(template, found.vertices, trust[members] > 0)
+        vertices[members] = extrapolate_hidden(template, found.vertices, shown)
         mesh = mesh.with_vertices(vertices)
-        held = replace(held, attachment=Attachment(on_skin[there.faces], there.barycentric))
+        triangles = on_skin[there.faces]
+        on_mesh = Attachment(triangles, there.barycentric)
+        held = replace(held, attachment=on_mesh)
     return mesh, trust
 
 
 def _quality(mesh: Mesh, surface: Surface, trust: np.ndarray, config) -> tuple[np.ndarray, np.ndarray]:
     """Distances to the scan (NaN off the outer skin) and where they are reliable."""
-    pairs = surface.correspond(mesh.vertices, vertex_normals(mesh.vertices, mesh.faces), Rejection(max_distance=5.0))
-    reliable = pairs.accepted & (trust > 0.05) & (pairs.distances < config.reliable)
-    return np.where(trust > 0, pairs.distances, np.nan), reliable
+    normals = vertex_normals(mesh.vertices, mesh.faces)
+    pairs = surface.correspond(mesh.vertices, normals, JUDGED)
+    near = pairs.distances < config.reliable
+    reliable = pairs.accepted & near & (trust > LEAST_TRUST)
+    distances = np.where(trust > 0, pairs.distances, np.nan)
+    return distances, reliable
 
 
 def _region_errors(face: BundledFace, density: int, distances, reliable) -> dict[str, RegionError]:
     """Errors by region."""
-    masks, faces = dict(face.regions), face.rig.neutral.faces
+    faces, names = face.rig.neutral.faces, list(face.regions)
+    masks = np.stack(list(face.regions.values()), axis=1)
     for _ in range(density):
-        step = loop_refinement(faces, len(next(iter(masks.values()))))
-        masks, faces = {name: step.between @ mask for name, mask in masks.items()}, step.faces
-    found = {}
-    for name, mask in masks.items():
-        inside = mask > 0.5
-        good = inside & reliable
-        d = distances[good]
-        mean, p95 = (float(d.mean()), float(np.quantile(d, 0.95))) if len(d) else (float("nan"), float("nan"))
-        found[name] = RegionError(mean, p95, float(good.sum() / max(inside.sum(), 1)))
-    return found
+        step = loop_refinement(faces, len(masks))
+        masks = step.between @ masks
+        faces = step.faces
+    inside = masks > INSIDE
+    return {name: _region_error(inside[:, i], distances, reliable) for i, name in enumerate(names)}
+
+
+def _region_error(inside: Bool[np.ndarray, " n"], distances: np.ndarray, reliable: np.ndarray) -> RegionError:
+    """Of one region."""
+    good = inside & reliable
+    covered = good.sum() / max(inside.sum(), 1)
+    if not good.any():
+        return RegionError(mean=float("nan"), p95=float("nan"), covered=0.0)
+    there = distances[good]
+    return RegionError(
+        mean=float(there.mean()),
+        p95=float(np.quantile(there, 0.95)),
+        covered=float(covered),
+    )
 
 
 def registered_rig(found: Registration, face: BundledFace) -> Rig:
     """The registered face with the 52 expressions on it, fitted to its eyes; its own expression is the rest."""
-    coarse = found.mesh.vertices[: len(face.rig.neutral.vertices)]
-    deltas, faces = face.fitted_deltas(coarse), face.rig.neutral.faces
+    faces = face.rig.neutral.faces
+    coarse = len(face.rig.neutral.vertices)
+    deltas = face.fitted_deltas(found.mesh.vertices[:coarse])
     while len(faces) < len(found.mesh.faces):
         step = loop_refinement(faces, deltas.shape[1])
-        deltas, faces = np.stack([step.matrix @ d for d in deltas]), step.faces
+        deltas = np.stack([step.matrix @ delta for delta in deltas])
+        faces = step.faces
     return Rig(found.mesh, deltas, face.rig.names)

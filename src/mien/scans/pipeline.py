@@ -18,15 +18,16 @@ from ..progress import SILENT, Progress
 from ..register import Surface
 from ..step_cache import StepCache
 from ..takes.preprocess import PreprocessTakeConfig, preprocess_take
-from . import large_scale
-from .fine_scale import FineConfig, FineResult, register_fine
+from .correspond import large_scale
+from .correspond.fine_scale import FineConfig, FineResult, register_fine
+from .correspond.large_scale import LargeScaleConfig, LargeScaleTarget
+from .correspond.still_skin import StillSkinConfig, moved_shapes, settle_heads
 from .fitted_scan import fit_scan, fit_template
-from .large_scale import LargeScaleConfig, LargeScaleTarget
 from .left_out import LeftOut, enough, kept
 from .marker_consensus import consensus_attachment, consensus_standoff
 from .marker_pose import ScannedFrame, find_poses
 from .marker_registration import MarkerRegistrationConfig, MarkersOnScans, fit_markers_to_scans
-from .placed_scans import PlacedScan, PlacedScans, place_scans, scanned_frames
+from .placed_scans import PlacedScan, PlacedScans, both_landmarks, place_scans, scanned_frames
 from .reconstruct import ReconstructConfig, meet_markers
 from .scan_colours import rig_colours
 from .scan_rig import ScanRig, rig_of_scans
@@ -38,8 +39,12 @@ from .scan_template import (
     own_template,
     transfer_topology,
 )
-from .still_skin import StillSkinConfig, moved_shapes, settle_heads
 from .take_in_head import TakeInHead, take_in_head
+
+COVERED_SHARE = 0.5
+"""A marker is on skin where more than this share of the scans shows some under it."""
+FEWEST_SCANS = 2
+"""A rig is a resting scan and at least one other."""
 
 
 @dataclass(frozen=True)
@@ -56,8 +61,7 @@ class ScansConfig:
     registration: MarkerRegistrationConfig = field(default_factory=MarkerRegistrationConfig)
     large: LargeScaleConfig = field(default_factory=LargeScaleConfig)
     still_skin: StillSkinConfig = field(default_factory=StillSkinConfig)
-    fine: FineConfig = field(default_factory=FineConfig)
-    """Its `sweeps` 0 leaves the fine-scale step out."""
+    fine: FineConfig = field(default_factory=FineConfig)  # its `sweeps` 0 leaves the step out
     reconstruct: ReconstructConfig = ReconstructConfig()
 
 
@@ -90,11 +94,9 @@ class RegisteredScans:
     covered: Bool[np.ndarray, "scans markers"]
     """Markers over skin that both the scan and the neutral one show."""
     coarse: Float[np.ndarray, "scans n 3"]
-    """The template's skin after the large-scale step, face space, mm."""
     fine: FineResult
-    """... and after the fine-scale step."""
-    skin: Float[np.ndarray, "scans n 3"]
-    """... and when it meets the markers."""
+    """As in `Corresponded`."""
+    skin: Float[np.ndarray, "scans n 3"]  # ... and when it meets the markers
     unit: str
     """Of the scans' files."""
     left_out: tuple[LeftOut, ...]
@@ -144,12 +146,17 @@ def see_from_head(
     markers: Markers, scans: Sequence[Scan], frames: Sequence[int], config: ScansConfig, cached: StepCache
 ) -> TakeInHead:
     """Each scan by itself, and the take seen from its head."""
-    inputs = [{"scan": scan, "frame": frame, "config": config.fit} for scan, frame in zip(scans, frames, strict=True)]
-    fitted, out = kept(cached.each("the face in every scan", fit_scan, inputs), config.strict)
-    enough(len(fitted), 2, out)
-    take = take_in_head(preprocess_take(markers, config.preprocess), fitted, config.strict)
-    enough(len(take.scans), 2, out + take.left_out)
-    return take.only(range(len(take.scans)), out)
+    inputs = []
+    for scan, frame in zip(scans, frames, strict=True):
+        inputs.append({"scan": scan, "frame": frame, "config": config.fit})
+    found = cached.each("the face in every scan", fit_scan, inputs)
+    fitted, out = kept(found, config.strict)
+    enough(len(fitted), FEWEST_SCANS, out)
+    preprocessed = preprocess_take(markers, config.preprocess)
+    take = take_in_head(preprocessed, fitted, config.strict)
+    enough(len(take.scans), FEWEST_SCANS, out + take.left_out)
+    everyone = range(len(take.scans))
+    return take.only(everyone, out)
 
 
 def lay_markers(
@@ -160,7 +167,7 @@ def lay_markers(
     found = cached(find_poses, frames=scanned, config=config.registration.pose)
     poses, out = kept(found, config.strict)
     rows = [i for i, pose in enumerate(found) if not isinstance(pose, LeftOut)]
-    enough(len(rows), 2, take.left_out + out)
+    enough(len(rows), FEWEST_SCANS, take.left_out + out)
     fitting = [scanned[i] for i in rows]
     on_scans = cached(fit_markers_to_scans, frames=fitting, poses=poses, config=config.registration)
     return take.only(rows, out), fitting, on_scans
@@ -201,23 +208,34 @@ def correspond_coarsely(
     """Sec. 6.1, eq. 7. The neutral scan has the template on it already."""
     neutral, points = placed.scans[0], placed.skin_points
     attachment = template.attachment_of(template.skin.vertices, points[0])
-    on_scans = placed.on_scans.scans
-    covered = np.stack([on.covered & on_scans[0].covered for on in on_scans])
+    on_neutral, *_ = on_scans = placed.on_scans.scans
+    covered = np.stack([on.covered & on_neutral.covered for on in on_scans])
     inputs = []
-    for scan, there, counts in zip(placed.scans[1:], points[1:], covered[1:], strict=True):
-        here, front = scan.landmarks, neutral.landmarks
-        seen = None if here is None or front is None else (front, here)
-        target = LargeScaleTarget(scan.mesh, there, counts, seen)
+    for i, scan in enumerate(placed.scans[1:], 1):
+        target = LargeScaleTarget(
+            mesh=scan.mesh,
+            skin_points=points[i],
+            covered=covered[i],
+            landmarks=both_landmarks(neutral, scan),
+        )
         inputs.append({"template": template, "attachment": attachment, "target": target, "config": config})
     others = cached.each("scans to one topology", large_scale.register, inputs)
-    return CoarselyCorresponded(placed, template, attachment, covered, np.stack([template.skin.vertices, *others]))
+    skin = np.stack([template.skin.vertices, *others])
+    return CoarselyCorresponded(placed, template, attachment, covered, skin)
 
 
 def hold_heads_still(coarse: CoarselyCorresponded, config: StillSkinConfig, cached: StepCache) -> CoarselyCorresponded:
     """All scans, with the markers of their frames, in the head pose that their still skin shows."""
-    neutral = coarse.placed.scans[0].mesh
-    settled = cached(settle_heads, template=coarse.template, shapes=coarse.skin, neutral=neutral, config=config)
-    return replace(coarse, placed=coarse.placed.moved(settled), skin=moved_shapes(settled, coarse.skin))
+    settled = cached(
+        settle_heads,
+        template=coarse.template,
+        shapes=coarse.skin,
+        neutral=coarse.placed.scans[0].mesh,
+        config=config,
+    )
+    placed = coarse.placed.moved(settled)
+    skin = moved_shapes(settled, coarse.skin)
+    return replace(coarse, placed=placed, skin=skin)
 
 
 def correspond_finely(
@@ -238,7 +256,14 @@ def correspond_finely(
         by_hand = place_constraints(constraints, [s.name for s in scans], [s.T_face_scan for s in scans])
         again = touched(by_hand, fine.neighbours)
         fine = cached(register_fine, **inputs, constraints=by_hand, only=again, start=fine.vertices)
-    return Corresponded(coarse.placed, template, coarse.attachment, coarse.covered, coarse.skin, fine)
+    return Corresponded(
+        placed=coarse.placed,
+        template=template,
+        attachment=coarse.attachment,
+        covered=coarse.covered,
+        coarse=coarse.skin,
+        fine=fine,
+    )
 
 
 def build_rig(found: Corresponded, on_neutral: Registration, config: ReconstructConfig) -> RegisteredScans:
@@ -248,15 +273,17 @@ def build_rig(found: Corresponded, on_neutral: Registration, config: Reconstruct
     attachment = consensus_attachment(template, shapes, placed.skin_points, covered)
     standoff = consensus_standoff(template, shapes, attachment, goals, covered, placed.on_scans.standoff)
     skin = meet_markers(template.skin, shapes, attachment, goals, standoff, covered, config)
-    colours = rig_colours(template, shapes, [scan.mesh for scan in placed.scans])
+    meshes = [scan.mesh for scan in placed.scans]
+    names = [scan.name for scan in placed.scans]
+    colours = rig_colours(template, shapes, meshes)
     scan_rig = ScanRig(
-        rig=rig_of_scans(template, skin, [scan.name for scan in placed.scans], colours),
+        rig=rig_of_scans(template, skin, names, colours),
         resting=placed.scans[0].name,
         labels=placed.take.labels,
         attachment=Attachment(template.skin_faces[attachment.faces], attachment.barycentric),
         standoff=standoff,
         expressions=goals,
-        on_skin=covered.mean(axis=0) > 0.5,
+        on_skin=covered.mean(axis=0) > COVERED_SHARE,
     )
     return RegisteredScans(
         scan_rig=scan_rig,

@@ -9,8 +9,8 @@ from jaxtyping import Float
 from ..fitting.register_scan import Registration
 from ..mesh import Mesh
 from ..transforms import Transform, stacked
+from .correspond.large_scale import ScanLandmarks
 from .fitted_scan import FittedScan
-from .large_scale import ScanLandmarks
 from .marker_pose import ScannedFrame
 from .marker_registration import MarkersOnScan, MarkersOnScans
 from .take_in_head import TakeInHead
@@ -119,3 +119,10 @@ def _placed(
 
 def _rigid(T: Transform) -> Transform:
     return Transform(T.rotation, T.translation)
+
+
+def both_landmarks(neutral: PlacedScan, other: PlacedScan) -> tuple[ScanLandmarks, ScanLandmarks] | None:
+    """Those of the neutral scan and of another, where both show a face."""
+    if neutral.landmarks is None or other.landmarks is None:
+        return None
+    return neutral.landmarks, other.landmarks

@@ -117,23 +117,19 @@ def select_frames(
         progress.update("selecting frames", len(chosen), config.max_frames)
         chosen.append(_best_candidate(Y, inner, chosen, state))
         state = _restate(Y, chosen, np.pad(state.weights, ((0, 0), (0, 1))))
-        missing = (X - state.weights @ X[chosen]).reshape(positions.shape)
-        error = np.linalg.norm(missing, axis=2).mean(axis=1)
+        error = _marker_errors(X - state.weights @ X[chosen])
         errors.append(float(error.mean()))
         strongest.append(float(error[strong].mean() / moved))
         if errors[-1] < config.tolerance * diagonal and strongest[-1] < config.strongest:
             break
     progress.update("selecting frames", len(chosen), len(chosen))
-    return Selection(
-        frames=np.array(chosen),
-        errors=np.array(errors),
-        strongest=np.array(strongest),
-        tolerance=config.tolerance,
-        strongest_tolerance=config.strongest,
-        diagonal=diagonal,
-        weights=state.weights,
-        origin=origin,
-    )
+    curve = np.array(chosen), np.array(errors), np.array(strongest)
+    return Selection(*curve, config.tolerance, config.strongest, diagonal, state.weights, origin)
+
+
+def _marker_errors(missing: Float[np.ndarray, "frames coordinates"]) -> Float[np.ndarray, " frames"]:
+    """Mean distance of the markers from their places, frame by frame, mm."""
+    return np.linalg.norm(missing.reshape(len(missing), -1, 3), axis=2).mean(axis=1)
 
 
 def strongest_frames(positions: Float[np.ndarray, "frames markers 3"]) -> tuple[Int[np.ndarray, " s"], float]:

@@ -11,12 +11,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Float
 
-from ..errors import BadInput
-from ..fitting.terms import fading
-from ..mesh import ClosestPoint, Mesh, mass
-from ..register import IcpConfig, Rejection, icp
-from ..transforms import Transform
-from .scan_template import ScanTemplate
+from ...errors import BadInput
+from ...fitting.terms import fading
+from ...mesh import ClosestPoint, Mesh, mass
+from ...register import IcpConfig, Rejection, icp
+from ...transforms import Transform
+from ..scan_template import ScanTemplate
 
 MOUTH = 0.5
 """From which value of its mask on a vertex counts as mouth."""

@@ -6,11 +6,9 @@ import numpy as np
 
 from mien.faces import load_face
 from mien.landmarks.detector import bundled_landmarks
-from mien.mesh import Mesh
 from mien.register import NonrigidConfig
-from mien.scans.large_scale import LargeScaleConfig, LargeScaleTarget, ScanLandmarks, register
-from mien.scans.scan_template import ScanTemplate
-from small_scans import bundled_template, front_of, sheet
+from mien.scans.correspond.large_scale import LargeScaleConfig, LargeScaleTarget, ScanLandmarks, register
+from small_scans import bundled_template, front_of, plain_template, sheet
 
 
 def smiling() -> np.ndarray:
@@ -28,15 +26,6 @@ def target(goal: np.ndarray, landmarks=None) -> tuple:
     points = attachment.points(template.skin.with_vertices(goal))
     scan = front_of(template.skin.with_vertices(goal))
     return attachment, LargeScaleTarget(scan, points, np.ones(len(points), bool), landmarks)
-
-
-def plain_template(mesh: Mesh) -> ScanTemplate:
-    """A mesh that is all skin."""
-    n = len(mesh.vertices)
-    one, nothing = np.ones(n), np.zeros(n)
-    return ScanTemplate(
-        mesh, np.arange(len(mesh.faces)), np.arange(n), mesh, one, {}, {}, one, nothing, nothing.astype(int)
-    )
 
 
 def test_skin_between_markers_is_stretched_evenly_and_not_held_by_closest_points():

@@ -9,7 +9,7 @@ from mien.errors import BadInput
 from mien.image_space.config import FineConfig
 from mien.image_space.constraints import PairConstraint
 from mien.mesh import Mesh, closest_point
-from mien.scans.fine_scale import closest_scans, register_fine
+from mien.scans.correspond.fine_scale import closest_scans, register_fine
 from mien.transforms import Transform, rotation_from_vector
 
 COUNT = 41

@@ -4,7 +4,7 @@ import numpy as np
 
 from mien.faces import load_face
 from mien.register import procrustes
-from mien.scans.still_skin import StillSkinConfig, moved_shapes, settle_heads, stillness
+from mien.scans.correspond.still_skin import StillSkinConfig, moved_shapes, settle_heads, stillness
 from mien.transforms import Transform, rotation_from_vector
 from small_scans import bundled_template as template
 from small_scans import front_of

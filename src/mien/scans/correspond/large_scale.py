@@ -10,11 +10,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ..fitting.register_scan import LIPS_AND_LIDS
-from ..landmarks.detector import bundled_landmarks
-from ..mesh import Attachment, Mesh, closest_point
-from ..register import Anchors, NonrigidConfig, Surface
-from .scan_template import ScanTemplate
+from ...fitting.register_scan import LIPS_AND_LIDS
+from ...landmarks.detector import bundled_landmarks
+from ...mesh import Attachment, Mesh, closest_point
+from ...register import Anchors, NonrigidConfig, Surface
+from ..scan_template import ScanTemplate
 
 
 @dataclass(frozen=True)

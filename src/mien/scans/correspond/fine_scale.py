@@ -10,14 +10,14 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ..errors import BadInput
-from ..image_space.config import FineConfig
-from ..image_space.constraints import PairConstraint
-from ..image_space.layout import SHOWN, Layout
-from ..image_space.local_align import UnwrappedScan, local_align, prewarped
-from ..mesh import Mesh
-from ..progress import SILENT, Progress
-from ..register import Surface
+from ...errors import BadInput
+from ...image_space.config import FineConfig
+from ...image_space.constraints import PairConstraint
+from ...image_space.layout import SHOWN, Layout
+from ...image_space.local_align import UnwrappedScan, local_align, prewarped
+from ...mesh import Mesh
+from ...progress import SILENT, Progress
+from ...register import Surface
 
 
 @dataclass(frozen=True)

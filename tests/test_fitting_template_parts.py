@@ -1,0 +1,28 @@
+"""What of the bundled face a scan can show, and what goes along."""
+
+import numpy as np
+
+from mien.faces.bundled import load_face
+from mien.fitting.template_parts import TemplateParts, extrapolate_hidden
+from mien.mesh import Mesh
+from mien.register import Template
+
+
+def test_hidden_skin_goes_with_what_is_shown():
+    """Everything shown moves forward by 5 mm: so does the inside of the mouth."""
+    face = load_face()
+    body = TemplateParts(face)
+    rest = face.rig.neutral.vertices[body.skin]
+    shown = body.trust[body.skin] > 0
+    moved = np.where(shown[:, None], rest + np.array([0.0, 0, 5]), rest)
+    after = extrapolate_hidden(Template(Mesh(rest, body.skin_triangles)), moved, shown)
+    np.testing.assert_array_equal(after[shown], moved[shown])
+    assert np.abs(after - rest - np.array([0.0, 0, 5])).max() < 0.5
+
+
+def test_openings_are_hidden_and_the_face_is_shown():
+    face = load_face()
+    trust = TemplateParts(face).trust
+    assert (trust[face.regions["face"] > 0.9] > 0).mean() > 0.97
+    assert not trust[face.parts["tongue"]].any()
+    assert (trust[face.parts["skin"]] == 0).sum() > 300
