@@ -1,10 +1,10 @@
 """Scans laid out in an image: blending, and steps that fold nothing."""
 
 import numpy as np
-from test_scans_fine_scale import FACES, regions, sheet
 
 from mien.image_space.layout import Layout, blending, signed_areas
 from mien.mesh import Mesh
+from test_scans_correspond_fine_scale import FACES, regions, sheet
 
 
 def test_blending_weights_add_up_and_fade_on_the_rim():

@@ -27,6 +27,8 @@ scans.marker_consensus:consensus_attachment = a['template'].attachment_of(a['sha
 scans.marker_consensus:consensus_standoff = a['standoff'] | test_scans*
 scans.reconstruct:meet_markers = a['shapes'] | test_scans*
 scans.correspond.fine_scale:register_fine = replace(r, vertices=a['shapes']) | test_scans*
+scans.correspond.still_skin:settle_heads = [r[0] for _ in r] | test_scans_correspond*
+scans.scan_colours:rig_colours = None | test_scans_scan*
 fitting.register_scan:_believed = a['anchors'] | test_fitting*
 fitting.register_scan:_refined = (a['mesh'], a['body'].trusted(a['config'].off_face)) | test_fitting_register_scan*
 tracking.tracker:carry_landmarks = a['observation'] | test_tracking*
