@@ -6,6 +6,7 @@ import io
 import pytest
 
 from mien.cli.fetch import fetch
+from mien.cli.main import main
 from mien.landmarks import model_file as model
 
 
@@ -24,3 +25,21 @@ def test_the_command_prints_where_it_is(empty_cache, monkeypatch, capsys):
     fetch()
     assert asked
     assert str(empty_cache) in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "words",
+    ["register s.obj", "personalize t.mp4", "track t.mp4", "scan t.mp4", "demo rgbd --output new", "demo scans -o new"],
+)
+def test_verbs_that_need_it_say_so_before_any_work(words, monkeypatch, tmp_path, capsys):
+    """Files that are empty would be complained of if they were looked at first."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv(model.VARIABLE, str(tmp_path / "gone.task"))
+    for name in ("s.obj", "t.mp4"):
+        (tmp_path / name).touch()
+    with pytest.raises(SystemExit) as stop:
+        main(words.split())
+    assert stop.value.code == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "gone.task" in line
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["s.obj", "t.mp4"]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mien._kernels import shade, shade_twin
+from mien._kernels import soft_shadow, soft_shadow_twin
 from samples import surface_samples
 
 
@@ -21,6 +21,6 @@ def test_soft_shadow_agrees_with_its_twin(rng):
         pose=np.eye(3, 4),
         lens=np.array([60.0, 19.5, 8.0]),
     )
-    kernel = shade.soft_shadow(**scene, threads=2)
-    np.testing.assert_allclose(kernel, shade_twin.soft_shadow(**scene), atol=1e-4)
+    kernel = soft_shadow.soft_shadow(**scene, threads=2)
+    np.testing.assert_allclose(kernel, soft_shadow_twin.soft_shadow(**scene), atol=1e-4)
     assert kernel[kernel > 0].std() > 0.1

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 from command import mien
+from grey_film import film
 from mien.clip import Markers
 from mien.errors import BadInput
-from mien.io.image_sequence import read_stills
 from mien.io.markers import write_c3d
-from mien.pictures import write_mp4
 from mien.scans.select.select_frames import SelectConfig, select_frames
 from mien.scans.select.take_selection import SelectTakeConfig, read_selection, select_take, write_selection
 from mien.transforms import Transform, rotation_from_vector
@@ -109,30 +108,6 @@ def test_selection_files_that_cannot_be_are_named(tmp_path, text, message):
     (tmp_path / "s.json").write_text(text)
     with pytest.raises(BadInput, match=message):
         read_selection(tmp_path / "s.json")
-
-
-def film(path, frames, rate=10.0):
-    """A film whose frame n has the grey value 4 n."""
-    write_mp4(path, (np.full((32, 48, 3), 4 * n, np.uint8) for n in range(frames)), rate)
-    return path
-
-
-def test_stills_are_the_frames_on_screen(tmp_path):
-    path = film(tmp_path / "f.mp4", 50)
-    stills = read_stills(path, [3.05, 0.0, 1.51, 4.99])
-    grey = [round(float(s.mean()) / 4) for s in stills]
-    assert grey == [30, 0, 15, 49]
-
-
-def test_times_outside_the_film_and_other_files_are_named(tmp_path):
-    path = film(tmp_path / "f.mp4", 20)
-    with pytest.raises(BadInput, match="before the film begins"):
-        read_stills(path, [0.5, -0.1])
-    with pytest.raises(BadInput, match=r"no frame at 2\.20 s, it lasts 2\.00 s"):
-        read_stills(path, [2.2])
-    (tmp_path / "no.mp4").write_text("no film")
-    with pytest.raises(BadInput, match="no film"):
-        read_stills(tmp_path / "no.mp4", [0.0])
 
 
 def test_the_command_writes_list_study_and_sheet(tmp_path, capsys):

@@ -57,6 +57,29 @@ def test_other_input_other_code_and_broken_files_are_worked_out_anew(cached, mon
     assert len(CALLS) == 4
 
 
+@pytest.mark.parametrize("seed", range(40))
+def test_a_store_that_is_damaged_anywhere_counts_as_none(cached, seed):
+    """A few bytes changed, or the end cut off: what comes is what the step gives, never another error."""
+    made, rng = cached(step, x=3.0), np.random.default_rng(seed)
+    (kept,) = cached.folder.iterdir()
+    data = bytearray(kept.read_bytes())
+    for place in rng.integers(len(data), size=1 + seed % 5):
+        data[place] = rng.integers(256)
+    kept.write_bytes(data[: rng.integers(len(data))] if seed % 3 == 0 else data)
+    again = cached(step, x=3.0)
+    assert [3.0] * len(CALLS) == CALLS
+    assert type(again) is type(made)
+
+
+@pytest.mark.parametrize("tree", ["", "(", '{"array": "gone"}', '{"class": ["mien.gone", "Mesh"], "fields": {}}'])
+def test_a_tree_that_leads_nowhere_counts_as_none(cached, tree):
+    cached(step, x=3.0)
+    (kept,) = cached.folder.iterdir()
+    with kept.open("wb") as file:
+        np.savez(file, tree=np.array(tree))
+    assert fingerprint(cached(step, x=3.0)) == fingerprint(step(3.0))
+
+
 def test_the_codes_version_is_that_of_its_sources(monkeypatch, tmp_path):
     package = tmp_path / "mien"
     (package / "cli").mkdir(parents=True)

@@ -11,6 +11,7 @@ from ..errors import BadInput
 from ..files import existing
 from .bar import bar
 from .options import refuse_unused, verb
+from .outputs import ANY, FOLDER, check_outputs
 
 
 @verb
@@ -54,6 +55,8 @@ def detail(
     place
         synth: number of a frame in which the face is neutral, for a take whose markers sit elsewhere than in training.
     """
+    film = what == "synth" and output.suffix.lower() == ".mp4"
+    check_outputs({ANY if film else FOLDER: output}, inputs=[source, maps])
     if what == "fit":
         refuse_unused("with fit", "maps", "rate", "place", "synthesis")
         return fit_maps(existing(source), output, fitting, unit, half)

@@ -7,7 +7,8 @@ from cyclopts import Parameter
 
 from ..io.gltf import read_performance
 from ..io.name_map import read_name_map
-from .options import verb
+from ..rig.retarget import CORRECTIVE
+from .options import refuse_unused, verb
 from .outputs import check_outputs
 from .play import play_on
 
@@ -38,7 +39,10 @@ def retarget(
     """
     check_outputs({"an animated face": output}, inputs=[performance, to])
     given = {} if map_file is None else read_name_map(map_file)
-    result, note = play_on(read_performance(performance), to, output, given, correctives)
+    play = read_performance(performance)
+    if not any(name.startswith(CORRECTIVE) for name in play.rig.names):
+        refuse_unused("for a performance without correctives", "correctives")
+    result, note = play_on(play, to, output, given, correctives)
     line = f"{output}: {len(result.moved)} shapes and {result.correctives} correctives on {to}{note}"
     if result.dropped:
         line += f"; the target has nothing for {', '.join(result.dropped)}"
