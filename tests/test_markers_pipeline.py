@@ -1,6 +1,7 @@
 """Whole takes: the stage's, scored against its truth; real ones, judged by what was posed."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +12,11 @@ from mien.clip import Markers
 from mien.faces import ARKIT_NAMES, load_face
 from mien.io.gltf import read_performance
 from mien.io.markers import read_markers, write_c3d
-from mien.markers.pipeline import solve_take
+from mien.markers.personalise_shapes import spline
+from mien.markers.pipeline import TakeConfig, fit_neutral_to_markers, solve_take
 from mien.reports.markers import preview, take_report, telling_frames
 from mien.stage import make_performer, marker_layout, perform, score_performance, scripted
+from mien.takes.marker_model import marker_model
 
 REAL = Path(__file__).parents[2] / "shared/data/markers16"
 
@@ -38,6 +41,17 @@ def test_a_staged_take_is_followed_far_closer_than_by_a_frozen_face(staged, solv
     assert score.surface <= 1.5
     assert solved.depth_known
     assert solved.calibration.alignment_margin > 0.3
+
+
+def test_the_neutral_face_meets_the_calm_frame_s_markers(solved):
+    """Calm markers a millimetre lower lower the skin under them by as much."""
+    face, calibration = load_face(), solved.calibration
+    S = spline(calibration.rig.neutral, calibration.attachment, face.parts["skin"], TakeConfig().personalise)
+    below = np.array([0.0, -1.0, 0.0])
+    told = below + marker_model(calibration.rig, calibration.attachment, calibration.standoff).neutral
+    rig = fit_neutral_to_markers(replace(calibration, neutral_markers=told), face, S)
+    there = marker_model(rig, calibration.attachment, calibration.standoff).neutral
+    assert np.nanquantile(np.linalg.norm(there - told, axis=1), 0.9) < 0.3
 
 
 def test_weights_stay_in_their_box_and_names_are_arkits(solved):

@@ -12,7 +12,7 @@ from mien.io.rgbd import RgbdTake
 from mien.landmarks.detector import COUNT, Landmarks2D
 from mien.progress import SILENT
 from mien.tracking.detect import WrongScale
-from mien.tracking.person.calm_frames import at_rest, calm_frames, judged, telling_scores, with_scale
+from mien.tracking.person.calm_frames import calm_frames, judged, resting_frames, telling_scores, with_scale
 
 PICTURE = np.zeros((4, 4, 3), np.uint8)
 
@@ -59,7 +59,7 @@ def test_what_the_landmarker_scores_at_rest_says_nothing():
 
 
 def test_some_frames_are_always_kept():
-    assert at_rest(np.array([0.9, 0.1, 0.8, 0.7, 0.6, 0.5, 1.0])) == [1, 2, 3, 4, 5]
+    assert resting_frames(np.array([0.9, 0.1, 0.8, 0.7, 0.6, 0.5, 1.0])) == [1, 2, 3, 4, 5]
 
 
 def test_judged_by_the_median():

@@ -19,10 +19,13 @@ takes.stabilise:stabilise = replace(r, markers=a['markers']) | test_takes* test_
 takes.gaps:fill_gaps = a['positions'] | test_takes* test_markers_take*
 takes.depth_reliability:depth_metric = replace(r, metric=np.eye(3)) | test_takes* test_markers_take*
 takes.world:turn_y_up = a['T_lab_face'] | test_takes* test_markers_take*
+takes.outliers:remove_outliers = replace(r, markers=a['markers']) | test_takes_outliers* test_markers_pipeline*
+markers.refine_attachment:refine_attachment = a['fit'].attachment | test_markers_refine* test_markers*
 markers.pipeline:fit_neutral_to_markers = a['calibration'].rig | test_markers*
 markers.personalise_shapes:personalise_shapes = a['rig'] | test_markers*
 markers.pipeline:TakeConfig.personalise_rounds = 0 | test_markers*
 scans.take_in_head:preprocess_take = a['markers'] | test_scans_take_in_head* test_scans_pipeline* test_takes*
+scans.take_in_head:neutral_first = list(a['scans']) | test_scans_take_in_head* test_scans_pipeline*
 scans.marker_consensus:consensus_attachment = a['template'].attachment_of(a['shapes'][0], a['skin_points'][0])|test_sca*
 scans.marker_consensus:consensus_standoff = a['standoff'] | test_scans*
 scans.reconstruct:meet_markers = a['shapes'] | test_scans*
@@ -40,7 +43,14 @@ tracking.tracker:learn_standing_errors = (a['state'].landmark_bias, a['state'].b
 tracking.tracker:weights_anew = a['fitted'] | test_tracking*
 tracking.tracker:damped = a['T_camera_face'] | test_tracking*
 tracking.tracker:learn_correctives = replace(r, correctives=a['state'].correctives) | test_tracking*
+tracking.fit:refine_pose = a['T_camera_face'] | test_tracking_fit* test_tracking*
+tracking.terms.fit_config:BlendshapeFitConfig.head_relative_landmarks = False | test_tracking*
+tracking.terms.fit_config:BlendshapeFitConfig.l1_per_mm = 0.0 | test_tracking*
+tracking.terms.photometric:PhotometricConfig.weight = 0.0 | test_tracking_terms_photometric* test_tracking*
 tracking.tracker:finite = True | test_tracking*
+detail.drive:drive_by_performance = replace(r, positions=r.positions * 0 + r.positions[:1]) | test_detail*
+detail.drive:drive_by_markers = replace(r, positions=r.positions * 0 + r.positions[:1]) | test_detail*
+detail.training:head_markers = replace(r, steadiness=np.ones_like(r.steadiness)) | test_detail*
 rig.head_place:place_motion = (a['T_world_face'], []) | test_retarget* test_rig*
 rig.retarget:_with_transferred = a['target'] | test_retarget* test_rig*
 rig.unit_weights:with_unit_weights = a['performance'] | test_rig* test_io_gltf*

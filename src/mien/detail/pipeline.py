@@ -8,7 +8,7 @@ from ..rig import Performance
 from .drive import Drive, drive_by_markers, drive_by_performance
 from .fit import DetailConfig, DetailModel, fit_detail
 from .synthesize import SynthesisConfig, SynthesizedFrame, Synthesizer
-from .transfer.placement import place_markers
+from .transfer.markers_elsewhere import place_markers
 
 __all__ = ["DetailConfig", "DetailModel", "SynthesisConfig", "fit_detail", "synthesize"]
 

@@ -7,7 +7,7 @@ import numpy as np
 from ..detail.base_mesh import BaseConfig
 from ..detail.fit import DetailConfig, DetailModel, fit_detail
 from ..detail.training import Clip, TrainingSet
-from ..detail.transfer.placement import placed_at
+from ..detail.transfer.markers_elsewhere import placed_at
 from ..mesh import ClosestPoint
 from ..stage import marker_layout
 from ..stage.script.training_clips import unseen_clip

@@ -30,7 +30,7 @@ class LeftOutConfig:
 
 
 @dataclass(frozen=True)
-class LeftOut:
+class LeftOutError:
     """What was found; NaN where nothing was tried."""
 
     left_out_mm: float
@@ -51,7 +51,7 @@ def leave_markers_out(
     metric: Float[np.ndarray, "3 3"] | None = None,
     solve: SolveConfig = SolveConfig(),
     config: LeftOutConfig = LeftOutConfig(),
-) -> LeftOut:
+) -> LeftOutError:
     """How far markers are from where a solve without them puts them: cross-validation over markers.
 
     Args:
@@ -75,9 +75,9 @@ def leave_markers_out(
         off.append(_distances(there, here.apply(hidden.points(solved.weights[solved.tracked]))))
         moved.append(_distances(there, here.apply(np.broadcast_to(hidden.neutral, there.shape))))
     if not off or not np.isfinite(np.concatenate(off)).any():
-        return LeftOut(np.nan, np.nan)
+        return LeftOutError(np.nan, np.nan)
     error = float(np.nanmean(np.concatenate(off)))
-    return LeftOut(error, error / max(float(np.nanmean(np.concatenate(moved))), LEAST_MOTION_MM))
+    return LeftOutError(error, error / max(float(np.nanmean(np.concatenate(moved))), LEAST_MOTION_MM))
 
 
 def _distances(a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -21,7 +21,7 @@ from ..takes.stabilise import StabiliseConfig, stabilise
 from ..takes.world import turn_y_up
 from ..transforms import Transform
 from .calibrate import CalibrateConfig, Calibration, calibrate, calibrate_by_hand
-from .left_out import LeftOut, LeftOutConfig, leave_markers_out
+from .left_out import LeftOutConfig, LeftOutError, leave_markers_out
 from .personalise_shapes import PersonaliseConfig, personalise_shapes, shape_corrections, spline
 from .plausibility import Fit, doubts
 
@@ -62,7 +62,7 @@ class TakeSolve:
     """Samples that counted."""
     depth_known: bool
     """False where the take's depth is no measurement (tracked with one camera)."""
-    left_out: LeftOut
+    left_out: LeftOutError
     """Cross-validated error of the markers on the person before the shapes are bent to them."""
 
     def __repr__(self) -> str:

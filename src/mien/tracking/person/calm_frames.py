@@ -84,7 +84,7 @@ def calm_frames(
     if not frames:
         raise no_face(take, first)
     scores = telling_scores(found)
-    kept = at_rest(scores.max(1))
+    kept = resting_frames(scores.max(1))
     neutrality = judged(scores[kept], [numbers[i] for i in kept], len(frames) - len(kept))
     return [frames[i] for i in kept], [found[i] for i in kept], neutrality
 
@@ -95,7 +95,7 @@ def telling_scores(found: Sequence[Landmarks2D]) -> Float[np.ndarray, "frames te
     return np.clip(np.nan_to_num(scores), 0.0, 1.0)
 
 
-def at_rest(strength: Float[np.ndarray, " frames"]) -> list[int]:
+def resting_frames(strength: Float[np.ndarray, " frames"]) -> list[int]:
     """Frames about as calm as the calmest, in their order: a smile that fades is not merged into the face."""
     calm = np.flatnonzero(strength <= strength.min() + RELAXING)
     if len(calm) < FEWEST:

@@ -8,7 +8,7 @@ from mien.clip import Markers
 from mien.detail.base_mesh import BaseConfig
 from mien.detail.drive import drive_by_markers
 from mien.detail.fit import DetailConfig, fit_detail
-from mien.detail.transfer.placement import place_markers
+from mien.detail.transfer.markers_elsewhere import place_markers
 from mien.errors import BadInput
 from mien.mesh import closest_point
 from mien.transforms import Transform, rotation_from_vector
