@@ -7,8 +7,7 @@ from typing import Annotated
 import numpy as np
 from cyclopts import Parameter
 
-from ..blendshapes.build.masks import texture_weights
-from ..blendshapes.build.rig_files import read_textured_rig, record_of
+from ..blendshapes.play import textures_of
 from ..errors import BadInput
 from ..files import existing
 from ..io.gltf import read_performance, read_rig
@@ -168,26 +167,6 @@ def show_performance(
         captions = [f"{t / thing.rate:.2f} s" for t in frames]
         marked = list(map(label, images, captions))
         write_png(output, contact_sheet(marked))
-
-
-def textures_of(thing: Performance, path: Path):
-    """A frame's number -> its texture, by the captures that its weights are mixes of (Casas et al. 2016, sec. 5.2).
-
-    Raises:
-        BadInput: the rig has no textures beside it, or none of its shapes is played.
-    """
-    textured = read_textured_rig(existing(path))
-    if textured is None:
-        raise BadInput(f"{path}: has no textures beside it ({record_of(path).name}); make it with `mien rig`")
-    played = {name: i for i, name in enumerate(thing.rig.names)}
-    shared = [name for name in textured.rig.names if name in played]
-    if not shared or thing.rig.neutral.uv is None:
-        raise BadInput(f"{path}: the performance plays none of its shapes; track it with --rig {path.name}")
-    weights = np.zeros((len(thing), len(textured.rig.names)))
-    for name in shared:
-        weights[:, textured.rig.index(name)] = thing.weights[:, played[name]]
-    shares = texture_weights(weights, textured.mixes)
-    return lambda frame: textured.texture(shares[frame])
 
 
 def distances(thing: Performance, other, shot: Shot):

@@ -1,10 +1,10 @@
-"""`mien render --textured`: textures in step with the shapes."""
+"""Textures in step with a performance."""
 
 import numpy as np
 import pytest
 
 from mien.blendshapes.build.rig_files import write_textured_rig
-from mien.cli.render import textures_of
+from mien.blendshapes.play import textures_of
 from mien.errors import BadInput
 from mien.rig import Performance
 from mien.transforms import Transform
