@@ -28,8 +28,8 @@ def with_landmarks(
 
     Args:
         ahead: frames that the thread may be in front; a recorded take can wait for its landmarks.
-        late: give each frame the landmarks of the frame before, which are ready when it comes, as a live source must:
-            nothing waits, and the landmarks lag by one frame. The first frame then has none.
+        late: give each frame the landmarks of the frame before, as a live source must: they are worked out while that
+            one is tracked, and a frame waits only where they take longer still. The first frame then has none.
     """
     with ThreadPoolExecutor(max_workers=1, thread_name_prefix="landmarks") as pool:
         yield from (_late if late else _waiting)(iter(frames), landmarker, pool, ahead)
@@ -57,7 +57,7 @@ def _waiting(walk, landmarker, pool, ahead):
 
 
 def _late(walk, landmarker, pool, _ahead):
-    """Nothing waits: each frame comes with what was found in the one before."""
+    """Each frame comes with what was found in the one before, as soon as that is known."""
     before: Future | None = None
     for frame in walk:
         found = None if before is None else before.result()

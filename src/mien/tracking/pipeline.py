@@ -35,8 +35,7 @@ class TrackTakeConfig:
 
     track: TrackConfig = field(default_factory=TrackConfig)
     video: BlendshapeFitConfig = field(default_factory=lambda: BlendshapeFitConfig(alone=2.0))
-    """The blendshape fit where there is no depth: landmarks weigh less than the paper's, the landmarker's scores more
-    than beside depth."""
+    """The blendshape fit where there is no depth: landmarks weigh less than the paper's."""
     correctives: CorrectiveConfig = field(default_factory=CorrectiveConfig)
     late: bool = False
     """Take the landmarks of the frame before, as a live source must."""
@@ -50,7 +49,7 @@ class Tracked:
     """A tracked take."""
 
     performance: Performance
-    """The rig's shapes solved anew on the final mesh, then corrective shapes that make up the difference."""
+    """The rig's shapes, then corrective shapes that make up the difference to the final mesh."""
     fitted: Float[np.ndarray, "frames shapes"]
     """Coefficients of the initial blendshape fit."""
     errors: Float[np.ndarray, " frames"]
@@ -91,26 +90,23 @@ def track_take(
     """
     check_shapes(rig)
     model = tracking_model(rig, landmarks or landmarks_of(rig))
-    seen = with_landmarks(take, landmarker or FaceLandmarker("video"), late=config.late or config.live)
+    looking = landmarker or FaceLandmarker("video")
+    seen = with_landmarks(take, looking, late=config.late or config.live)
     times: list[float] = []
     walk = track_frames(model, take, _timed(seen, times), config, timer)
-    results, residuals = [], CorrectiveBasis(model, config.correctives)
-    stopped, missed, offset = None, 0, np.zeros_like(model.neutral)
+    kept = _Results(CorrectiveBasis(model, config.correctives))
+    stopped = None
     try:
         for result in walk:
-            for _ in range(_missed(times, len(results), take) if config.live else 0):
-                missed += 1
-                results.append(replace(results[-1], tracked=False))
-                residuals.add(offset)
-            offset = result.vertices - model.blend(result.weights)
-            results.append(_slim(result))
-            residuals.add(offset)
-            progress.update("tracking", len(results), take.count)
+            if config.live:
+                kept.hold(_missed(times, len(kept), take))
+            kept.add(result, model)
+            progress.update("tracking", len(kept), take.count)
     except BadInput as error:
-        if not any(result.tracked for result in results):
+        if not kept.tracked.any():
             raise with_scale(error, take) from error
         stopped = str(error)
-    return replace(_collect(take, rig, model, results, residuals, stopped), missed=missed)
+    return _collect(take, rig, model, kept, stopped)
 
 
 def track_frames(
@@ -174,28 +170,78 @@ class _Kept:
     learnt: bool
 
 
-def _slim(r: TrackResult) -> _Kept:
-    return _Kept(r.tracked, r.T_camera_face, r.fitted, r.weights, (r.error, r.to_anchors, r.to_adaptive), r.learnt)
+class _Results:
+    """What is kept of the frames so far."""
+
+    def __init__(self, residuals: CorrectiveBasis):
+        self.residuals = residuals
+        self.missed = 0
+        self._frames: list[_Kept] = []
+        self._offset = np.zeros(0)
+
+    def __len__(self) -> int:
+        return len(self._frames)
+
+    def add(self, result: TrackResult, model: TrackingModel) -> None:
+        """Keep a frame; what its blendshapes do not say of its mesh is a residual."""
+        self._offset = result.vertices - model.blend(result.weights)
+        self.residuals.add(self._offset)
+        numbers = (result.error, result.to_anchors, result.to_adaptive)
+        pose = result.T_camera_face
+        self._frames.append(_Kept(result.tracked, pose, result.fitted, result.weights, numbers, result.learnt))
+
+    def hold(self, missed: int) -> None:
+        """Repeat the last frame for frames that were not looked at."""
+        for _ in range(missed):
+            self.missed += 1
+            self.residuals.add(self._offset)
+            self._frames.append(replace(self._frames[-1], tracked=False))
+
+    @property
+    def tracked(self) -> np.ndarray:
+        """Mask of the frames."""
+        return np.array([frame.tracked for frame in self._frames], dtype=bool)
+
+    @property
+    def learnt(self) -> int:
+        """Frames that the correctives were learnt from."""
+        return sum(frame.learnt for frame in self._frames)
+
+    def stacked(self, what: str) -> np.ndarray:
+        """A field of every frame."""
+        return np.stack([getattr(frame, what) for frame in self._frames])
+
+    def T_world_face(self) -> Transform:
+        """The head in every frame; before it was first found, where it was found."""
+        rotation = np.stack([frame.T_camera_face.rotation for frame in self._frames])
+        translation = np.stack([frame.T_camera_face.translation for frame in self._frames])
+        first = int(self.tracked.argmax())
+        rotation[:first] = rotation[first]
+        translation[:first] = translation[first]
+        turn = T_WORLD_CAMERA.rotation
+        return Transform(turn @ rotation, translation @ turn.T)
 
 
-def _collect(take, rig, model, results: list[_Kept], residuals: CorrectiveBasis, stopped) -> Tracked:
-    if not any(result.tracked for result in results):
+def _collect(take: RgbdTake, rig: Rig, model: TrackingModel, kept: _Results, stopped: str | None) -> Tracked:
+    if not kept.tracked.any():
         raise no_face(take)
-    shapes, more = residuals.finish()
-    weights = np.stack([r.weights for r in results])
-    more = more if len(more) else np.zeros((len(results), 0))
-    poses = Transform(
-        np.stack([r.T_camera_face.rotation for r in results]), np.stack([r.T_camera_face.translation for r in results])
-    )
-    first = next(i for i, r in enumerate(results) if r.tracked)
-    poses.rotation[:first], poses.translation[:first] = poses.rotation[first], poses.translation[first]
+    shapes, more = kept.residuals.finish()
+    more = more if len(more) else np.zeros((len(kept), 0))
     performance = Performance(
         rig=with_correctives(rig, model, shapes),
-        weights=np.concatenate([weights, more], 1),
-        T_world_face=Transform(T_WORLD_CAMERA.rotation @ poses.rotation, poses.translation @ T_WORLD_CAMERA.rotation.T),
+        weights=np.concatenate([kept.stacked("weights"), more], 1),
+        T_world_face=kept.T_world_face(),
         rate=take.rate,
-        tracked=np.array([r.tracked for r in results]),
+        tracked=kept.tracked,
     )
-    errors, to_anchors, to_adaptive = np.array([r.numbers for r in results]).T
-    fitted = np.stack([r.fitted for r in results])
-    return Tracked(performance, fitted, errors, to_anchors, to_adaptive, sum(r.learnt for r in results), stopped)
+    errors, to_anchors, to_adaptive = kept.stacked("numbers").T
+    return Tracked(
+        performance=performance,
+        fitted=kept.stacked("fitted"),
+        errors=errors,
+        to_anchors=to_anchors,
+        to_adaptive=to_adaptive,
+        learnt=kept.learnt,
+        stopped=stopped,
+        missed=kept.missed,
+    )

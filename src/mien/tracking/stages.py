@@ -206,7 +206,9 @@ def learn_appearance(context: TrackerContext, observation: FrameObservation, v1,
 
 @timed("weights anew")
 def weights_anew(context: TrackerContext, v4, fitted: Float[np.ndarray, " k"]) -> Float[np.ndarray, " k"]:
-    """Sec. 6: the coefficients solved again on the final mesh."""
+    """Sec. 6: the coefficients solved again on the final mesh, if that is wanted."""
+    if not context.config.anew:
+        return fitted
     return context.reprojection.weights(v4, fitted)
 
 

@@ -48,6 +48,9 @@ class TrackConfig:
     """Learning of corrective shapes (sec. 5); without it the adaptive space is the anchors'."""
     output: bool = True
     """The output deformation by 2D features (sec. 4.4); without it v4 = v3."""
+    anew: bool = False
+    """Solve the coefficients again on the final mesh (sec. 6). Without it they are the blendshape fit's, which lie
+    nearer to the true ones: what the final mesh adds is put down to shapes that have no part in it."""
     near: float = 0.1
     """A sample nearer to the anchor space than this teaches nothing; mm, root mean square over the front's area."""
     far: float = 1.7
