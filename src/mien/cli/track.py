@@ -145,6 +145,8 @@ def summary(output: Path, tracked: Tracked, take: RgbdTake) -> str:
         line += f", {tracked.missed} came while the tracker was busy"
     if take.has_depth:
         line += f", {np.nanmean(tracked.errors):.2f} mm mean distance from the depth before the fit"
+    else:
+        line += "; from colour alone: weights are told, the head's place and turn are guesses"
     if take.guessed_camera:
         line += f"; the lens was taken to be {take.camera.fx:.0f} pixels long (say --focal if you know better)"
     return line
