@@ -152,10 +152,24 @@ def show_performance(
     values = distances(thing, other, shot)
     if output.suffix.lower() == ".mp4":
         frames, rate = film_frames(thing, shot.fps)
-        images = performance_frames(thing, frames, shot, values=values, progress=progress, textures=textures)
+        images = performance_frames(
+            performance=thing,
+            frames=frames,
+            shot=shot,
+            values=values,
+            progress=progress,
+            textures=textures,
+        )
         write_mp4(output, images, rate)
     elif frame is not None:
-        images = performance_frames(thing, [frame], shot, values=values, progress=progress, textures=textures)
+        images = performance_frames(
+            performance=thing,
+            frames=[frame],
+            shot=shot,
+            values=values,
+            progress=progress,
+            textures=textures,
+        )
         write_png(output, next(images))
     else:
         count = min(sheet or FRAMES, len(thing))
