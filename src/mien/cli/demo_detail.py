@@ -7,6 +7,8 @@ import numpy as np
 
 FRAMES, LEVELS, SIZE = 6, 2, 192
 """Of a training clip; of the skin's subdivision; of the medium map, the fine one has twice as much."""
+CHEEK_MM = np.array([34.0, 6.0, -28.0])
+"""From the tip of the nose to the left cheek."""
 ORDERS = {"linear": 1, "biquadratic": 2, "bicubic": 3}
 PAPER = {"energies": (76.84, 92.52, 98.46, 99.76, 100.0), "medium": (0.397, 0.303, 0.296)}
 """Table 1, per cent; figure 5, mm."""
@@ -22,11 +24,15 @@ def demo_detail(folder: Path, seed: int, markers: int) -> None:
     config = DetailConfig(medium_size=SIZE, fine_size=2 * SIZE)
     with bar() as progress:
         stage = detail_stage(seed, DetailStageConfig(markers=markers, levels=LEVELS, frames=FRAMES))
-        stage = replace(stage, training=kept_in_memory(stage.training), unseen=kept_in_memory(stage.unseen))
-        models = {
-            name: fit_detail(stage.training, _with_order(config, order), progress) for name, order in ORDERS.items()
-        }
-        strain = replace(config, domain=replace(config.domain, offsets=False))
+        training = kept_in_memory(stage.training)
+        unseen = kept_in_memory(stage.unseen)
+        stage = replace(stage, training=training, unseen=unseen)
+        models = {}
+        for name, order in ORDERS.items():
+            with_order = _with_order(config, order)
+            models[name] = fit_detail(training, with_order, progress)
+        by_strain = replace(config.domain, offsets=False)
+        strain = replace(config, fine_size=0, domain=by_strain)
         models["strain"] = fit_detail(stage.training, strain, progress)
         write_detail(folder / "maps", models["biquadratic"], half=True)
         figures = draw_figures(stage, models)
@@ -37,7 +43,9 @@ def demo_detail(folder: Path, seed: int, markers: int) -> None:
 
 
 def _with_order(config, order: int):
-    return replace(config, medium=replace(config.medium, order=order), fine=replace(config.fine, order=order))
+    medium = replace(config.medium, order=order)
+    fine = replace(config.fine, order=order)
+    return replace(config, medium=medium, fine=fine)
 
 
 def draw_figures(stage, models) -> dict[str, np.ndarray]:
@@ -46,14 +54,18 @@ def draw_figures(stage, models) -> dict[str, np.ndarray]:
     from ..detail.sampling import sampler
     from ..experiments import detail_figures as draw
 
-    model, base = models["biquadratic"], base_mesh(stage.training.mesh, BaseConfig())
+    model = models["biquadratic"]
+    base = base_mesh(stage.training.mesh, BaseConfig())
     seen = {clip.name: draw.last_frame(stage.training, clip) for clip in stage.training.clips}
     other = {clip.name: draw.last_frame(stage.unseen, clip, model.head) for clip in stage.unseen.clips}
-    medium, fine = (
-        sampler(stage.training, base, model.shell, m.texels.size, np.inf) for m in (model.medium, model.fine)
-    )
-    cheek = stage.training.mesh.vertices[_cheek(stage.training.mesh.vertices)]
-    rows = {"anger": (stage.training, seen["anger"]), "asymmetric": (stage.unseen, other["asymmetric"])}
+    medium = sampler(stage.training, base, model.shell, model.medium.texels.size, np.inf)
+    fine = sampler(stage.training, base, model.shell, model.fine.texels.size, np.inf)
+    skin = stage.training.mesh.vertices
+    cheek = skin[_cheek(skin)]
+    rows = {
+        "anger": (stage.training, seen["anger"]),
+        "asymmetric": (stage.unseen, other["asymmetric"]),
+    }
     orders = {name: models[name] for name in ORDERS}
     return {
         "3": draw.deformation_fields(model, stage.training),
@@ -68,7 +80,8 @@ def draw_figures(stage, models) -> dict[str, np.ndarray]:
 def _cheek(vertices: np.ndarray) -> int:
     """A vertex of the left cheek, beside the nose and below the eye."""
     top = vertices[vertices[:, 2].argmax()]
-    return int(np.linalg.norm(vertices - top - np.array([34.0, 6.0, -28.0]), axis=1).argmin())
+    away = vertices - top - CHEEK_MM
+    return int((away**2).sum(axis=1).argmin())
 
 
 def report(folder: Path, stage, models, figures) -> list[list]:
@@ -78,11 +91,10 @@ def report(folder: Path, stage, models, figures) -> list[list]:
     from ..reports.page import Report
 
     page = Report("Detail from markers", "Displacement maps that are polynomials of the deformation (Ma et al. 2008).")
-    errors = [
-        [name, e.frozen, e.shell, e.medium, e.full]
-        for part in (stage.training, stage.unseen)
-        for name, e in detail_errors(models["biquadratic"], part).items()
-    ]
+    errors = []
+    for part in (stage.training, stage.unseen):
+        for name, e in detail_errors(models["biquadratic"], part).items():
+            errors.append([name, e.frozen, e.shell, e.medium, e.full])
     page.heading("How near to the skin").table(
         errors, ("clip", "static map, mm", "shell alone, mm", "+ medium, mm", "+ fine, mm"),
         "Mean distance to the true skin, point by point; the last three clips were never trained on.",
@@ -91,7 +103,7 @@ def report(folder: Path, stage, models, figures) -> list[list]:
     page.heading("Table 1: deformation held by 1 to 5 directions, %").table(
         [["ours", *ours], ["paper", *PAPER["energies"]]], ("", "1", "2", "3", "4", "5")
     )
-    left = [float(np.nanmean(m.medium.error_mm[~m.medium.unreliable])) for m in (models[n] for n in ORDERS)]
+    left = [_residual(models[name].medium) for name in ORDERS]
     page.heading("Residual of the medium map on its training, mm").table(
         [["ours", *left], ["paper", *PAPER["medium"]]], ("", *ORDERS)
     )
@@ -100,6 +112,12 @@ def report(folder: Path, stage, models, figures) -> list[list]:
         page.heading(f"Figure {number}: {title}").figure(figures[number], caption)
     page.write(folder / "report.html")
     return errors
+
+
+def _residual(detail) -> float:
+    """Mean rms of the reliable texels, mm."""
+    reliable = detail.error_mm[~detail.unreliable]
+    return float(np.nanmean(reliable))
 
 
 CAPTIONS = {

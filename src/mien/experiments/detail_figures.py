@@ -7,7 +7,7 @@ from jaxtyping import Float, UInt8
 
 from ..detail.domain import deformation_vectors
 from ..detail.fields import parameter_field
-from ..detail.fit import DetailModel
+from ..detail.fit import DetailConfig, DetailModel, HighPass, texel_mm
 from ..detail.sampling import Sampler
 from ..detail.synthesize import SynthesisConfig, Synthesizer, vertex_attachment
 from ..detail.texture_space import Texels
@@ -22,8 +22,10 @@ PIXELS = 300
 """Side of a face in a figure."""
 FIELD_MM = 2.0
 """Figure 3's colours reach from -2 to 2."""
-DENSE = 2
+DENSE = 1
 """Rounds of subdivision under a synthesis that is looked at."""
+LOOK = Look(occlusion=12)
+"""Few rays: a demo is to be over soon."""
 CLOSE_MM = 16.0
 """Half the side of a close-up."""
 
@@ -46,8 +48,8 @@ def deformation_fields(model: DetailModel, training: TrainingSet) -> Picture:
     """Figure 3: every expression's extreme, and d1 and d2 over it."""
     dense, S = loop_subdivide(model.base, 1)
     field = parameter_field(model.domain, model.base, model.attachment, vertex_attachment(dense, model, S))
-    heat = Renderer(dense, Look(colormap="diverging", limits=(-FIELD_MM, FIELD_MM)))
-    skin, view = Renderer(training.mesh), frontal_camera(model.base, PIXELS)
+    heat = Renderer(dense, Look(occlusion=0, colormap="diverging", limits=(-FIELD_MM, FIELD_MM)))
+    skin, view = Renderer(Mesh(training.mesh.vertices, training.mesh.faces), LOOK), frontal_camera(model.base, PIXELS)
     rows, names = [[], [], []], []
     for clip in training.clips:
         aligned = last_frame(training, clip)
@@ -75,9 +77,9 @@ def layers_sheet(model: DetailModel, frames: dict[str, tuple[TrainingSet, Aligne
             synthesized(model, aligned, medium=False, fine=False),
             synthesized(model, aligned, fine=False),
             synthesized(model, aligned),
-            training.mesh.with_vertices(aligned.vertices),
+            Mesh(aligned.vertices, training.mesh.faces),
         ]
-        pictures += [Renderer(mesh).draw(*view) for mesh in made]
+        pictures += [Renderer(mesh, LOOK).draw(*view) for mesh in made]
         captions += [f"{name}: {layer}" for layer in ("shell", "+ medium", "+ fine", "truth")]
     return contact_sheet(pictures, captions, columns=4)
 
@@ -87,11 +89,11 @@ def strain_sheet(with_offsets: DetailModel, strain: DetailModel, training: Train
     view = frontal_camera(with_offsets.base, PIXELS)
     meshes = (
         synthesized(strain, aligned),
-        training.mesh.with_vertices(aligned.vertices),
+        Mesh(aligned.vertices, training.mesh.faces),
         synthesized(with_offsets, aligned),
     )
     captions = ["2D strain only", "truth", "with offsets"]
-    return contact_sheet([Renderer(mesh).draw(*view) for mesh in meshes], captions, columns=3)
+    return contact_sheet([Renderer(mesh, LOOK).draw(*view) for mesh in meshes], captions, columns=3)
 
 
 def error_sheet(models: dict[str, DetailModel]) -> Picture:
@@ -111,7 +113,9 @@ def map_sheet(model: DetailModel, medium: Sampler, fine: Sampler, aligned: Align
     assert model.fine is not None
     vectors = vectors_of(model, aligned)
     true_medium = medium.displacement(aligned)[:, 2]
-    true_fine = fine.displacement(aligned)[:, 2] - layers(model, fine, vectors)[0][:, 2]
+    left = fine.displacement(aligned)[:, 2] - layers(model, fine, vectors)[0][:, 2]
+    width = DetailConfig().high_pass_mm / texel_mm(model.base, fine.texels.size)
+    true_fine = HighPass(fine.texels, width)(left)
     made_medium = model.medium.texels.of_image(evaluated(model.medium, vectors))[:, 2]
     made_fine = model.fine.texels.of_image(evaluated(model.fine, vectors))[:, 0]
     pictures, captions = [], []
@@ -126,23 +130,17 @@ def map_sheet(model: DetailModel, medium: Sampler, fine: Sampler, aligned: Align
 
 def _painted(grid: Texels, values: np.ndarray, limits: tuple[float, float], colormap: str) -> Picture:
     image = grid.image(values.astype(float))
-    step = max(1, grid.size // PIXELS)
-    picture = to_bytes(colors_of(image[::step, ::step], limits, colormap))
-    return np.ascontiguousarray(picture[:PIXELS, :PIXELS]) if len(picture) >= PIXELS else _enlarged(picture)
-
-
-def _enlarged(picture: Picture) -> Picture:
-    rows = np.arange(PIXELS) * len(picture) // PIXELS
-    return np.ascontiguousarray(picture[rows][:, rows])
+    rows = np.arange(PIXELS) * grid.size // PIXELS
+    return to_bytes(colors_of(image[rows][:, rows], limits, colormap))
 
 
 def pore_sheet(model: DetailModel, training: TrainingSet, aligned: Aligned, at: Float[np.ndarray, " 3"]) -> Picture:
     """Figure 7: a cheek under the neutral's static map, the truth, and the polynomial map."""
     view = close_up(aligned.vertices, at)
     still = synthesized(frozen(model), aligned)
-    meshes = (still, training.mesh.with_vertices(aligned.vertices), synthesized(model, aligned))
+    meshes = (still, Mesh(aligned.vertices, training.mesh.faces), synthesized(model, aligned))
     captions = ["static map", "truth", "polynomial map"]
-    return contact_sheet([Renderer(mesh).draw(*view) for mesh in meshes], captions, columns=3)
+    return contact_sheet([Renderer(mesh, LOOK).draw(*view) for mesh in meshes], captions, columns=3)
 
 
 def close_up(vertices: Float[np.ndarray, "n 3"], at: Float[np.ndarray, " 3"]) -> View:

@@ -1,0 +1,36 @@
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from detail_patch import training
+from mien.cli.demo_detail import CAPTIONS, draw_figures, report
+from mien.detail.fit import DetailConfig, fit_detail
+from mien.experiments import detail_figures
+
+SMALL = DetailConfig(medium_size=48, fine_size=96, high_pass_mm=4.0)
+
+
+@pytest.fixture(scope="module")
+def subject():
+    """The patch in place of a face, its clips under the names of the stage's."""
+    whole = training()
+    seen = tuple(replace(clip, name=name) for clip, name in zip(whole.clips, ("happy", "anger"), strict=True))
+    other = tuple(replace(clip, name=name) for clip, name in zip(whole.clips, ("asymmetric", "speech"), strict=True))
+    model = fit_detail(whole, SMALL)
+    models = dict.fromkeys(("linear", "biquadratic", "bicubic", "strain"), model)
+    return SimpleNamespace(training=replace(whole, clips=seen), unseen=replace(whole, clips=other)), models
+
+
+def test_every_figure_is_drawn_and_stands_in_the_report(subject, tmp_path, monkeypatch):
+    monkeypatch.setattr(detail_figures, "PIXELS", 48)
+    stage, models = subject
+    figures = draw_figures(stage, models)
+    assert set(figures) == set(CAPTIONS)
+    assert all(np.ptp(picture) > 50 for picture in figures.values())
+    errors = report(tmp_path, stage, models, figures)
+    assert [row[0] for row in errors] == ["happy", "anger", "asymmetric", "speech"]
+    page = (tmp_path / "report.html").read_text()
+    assert all(f"Figure {number}" in page for number in CAPTIONS)
+    assert (tmp_path / "figure_8.png").is_file()
