@@ -27,8 +27,9 @@ class SolveConfig:
     """mm^2: price of a unit of weight (l1), which keeps few shapes on at once; 0 switches it off."""
     smoothness: float = 100.0
     """mm^2: price of a weight's squared change between frames 1/30 s apart; 0 switches it off."""
-    ridge: float = 1.0
-    """mm^2: price of a squared weight, so that shapes no marker sees stay at rest."""
+    ridge: float = 5.0
+    """mm^2: price of a squared weight, so that shapes no marker sees stay at rest, and those that markers cannot tell
+    apart share what they explain."""
     still_power: float = 2.0
     """Head pose is told by markers as (how far shapes move them)^-this; 0: by all alike."""
     rounds: int = 3
