@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from marker_stage import acted, small_model
-from mien.markers.left_out import LeftOutConfig, folds, leave_markers_out
+from mien.markers.left_out import LeftOutConfig, LeftOutError, folds, leave_markers_out, left_out_doubt
 from mien.takes.frame_solve import SolveConfig
 
 LOOSE = SolveConfig(sparsity=0.0, ridge=1e-6, still_power=0.0)
@@ -36,3 +36,9 @@ def test_every_group_is_spread_over_the_face():
     group = folds(places, 4)
     assert np.bincount(group).tolist() == [10, 10, 10, 10]
     assert all(np.ptp(places[group == g, 1]) > 0.5 * np.ptp(places[:, 1]) for g in range(4))
+
+
+def test_badly_told_markers_are_a_warning_and_untried_ones_none():
+    assert "82%" in left_out_doubt(LeftOutError(0.7, 0.82))[0]
+    assert left_out_doubt(LeftOutError(0.4, 0.34)) == ()
+    assert left_out_doubt(LeftOutError(np.nan, np.nan)) == ()

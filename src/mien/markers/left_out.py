@@ -27,6 +27,8 @@ class LeftOutConfig:
     """Frames of the take that it is tried on; 0 leaves it undone."""
     rounds: int = 2
     """Gauss-Newton rounds of each solve."""
+    doubtful_share: float = 0.7
+    """Markers that are told worse than to this share of their motion are a warning; staged takes come to 0.3 to 0.8."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,16 @@ class LeftOutError:
         if not np.isfinite(self.left_out_mm):
             return ""
         return f"left-out markers told to {self.left_out_mm:.2f} mm ({self.left_out_share:.0%} of their motion)"
+
+
+def left_out_doubt(found: LeftOutError, config: LeftOutConfig = LeftOutConfig()) -> tuple[str, ...]:
+    """A line where the face's shapes say little of the markers."""
+    if not found.left_out_share > config.doubtful_share:
+        return ()
+    return (
+        f"markers left out by turns are told badly ({found.left_out_share:.0%} of their motion is missed): between the "
+        "markers the face is little better than frozen",
+    )
 
 
 def leave_markers_out(

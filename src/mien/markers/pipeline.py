@@ -21,7 +21,7 @@ from ..takes.stabilise import StabiliseConfig, stabilise
 from ..takes.world import turn_y_up
 from ..transforms import Transform
 from .calibrate import CalibrateConfig, Calibration, calibrate, calibrate_by_hand
-from .left_out import LeftOutConfig, LeftOutError, leave_markers_out
+from .left_out import LeftOutConfig, LeftOutError, leave_markers_out, left_out_doubt
 from .personalise_shapes import PersonaliseConfig, personalise_shapes, shape_corrections, spline
 from .plausibility import Fit, doubts
 
@@ -118,7 +118,7 @@ def solve_take(
     return TakeSolve(
         performance=performance,
         markers=on_face,
-        lines=_lines(found, cleaned, calibration, config),
+        lines=(*_lines(found, cleaned, calibration, config), *left_out_doubt(left_out, config.left_out)),
         calibration=personal,
         T_lab_face=solved.T_lab_face,
         residuals=solved.residuals,
