@@ -52,8 +52,8 @@ class LayConfig:
 
     align: AlignConfig = AlignConfig()
     identity: IdentityConfig = IdentityConfig()
-    trial: SolveConfig = field(default_factory=lambda: SolveConfig(rounds=2, smoothness=0.0, outlier=np.inf))
-    """The short solve by which alignments are told apart."""
+    trial: SolveConfig = field(default_factory=lambda: SolveConfig(rounds=2, smoothness=0.0, ridge=1.0, outlier=np.inf))
+    """The short solve by which alignments and neutrals are told apart; a dear ridge hides the weights that tell."""
     off_face: OffFaceConfig = OffFaceConfig()
     frames: int = 120
     """Frames of the take that each alignment must explain."""
