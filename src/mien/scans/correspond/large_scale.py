@@ -21,9 +21,8 @@ from ..scan_template import ScanTemplate
 class LargeScaleConfig:
     """The large-scale step (sec. 6.1, eq. 7), with the paper's weights."""
 
-    nonrigid: NonrigidConfig = field(default_factory=lambda: NonrigidConfig(coarse=(), plane=1.0, membrane=0.2))
-    """w1 = 10000, w2 = 1, w3 = 0.1, 0.5, 2. Closest points say nothing along the skin: between markers it is the
-    resistance to stretching that does."""
+    nonrigid: NonrigidConfig = field(default_factory=lambda: NonrigidConfig(coarse=()))
+    """w1 = 10000, w2 = 1, w3 = 0.1, 0.5, 2."""
     landmarks: float = 0.1
     """Weight of lip and lid landmarks, against `nonrigid.markers` of a marker; 0: none, as in the paper."""
     landmark_slack: float = 1.5
