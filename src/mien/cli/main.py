@@ -35,6 +35,7 @@ PIPELINE = {
     "track": "RGB-D or video to an animated face.",
     "retarget": "An animated face onto another rig.",
     "detail": "Wrinkles and pores from markers.",
+    "decode": "Pictures of active light to detailed scans.",
     "render": "Pictures, contact sheets and films.",
     "convert": "From one format to another.",
     "fetch": "Bring the landmark model.",

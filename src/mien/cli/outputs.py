@@ -21,6 +21,7 @@ KINDS = {
     "a marker take": (".c3d",),
     "Live Link weights": (".csv",),
     "a mesh": (".obj", ".ply"),
+    "a calibration": (".json",),
 }
 """What a verb may write -> the suffixes it may have."""
 

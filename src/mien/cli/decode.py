@@ -1,0 +1,130 @@
+"""`mien decode`: pictures of active light to detailed scans; its patterns and its calibration."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+
+from ..errors import BadInput
+from ..files import existing
+from ..light.disk.light_scan import LightScan, write_light_scan
+from ..light.disk.light_take import LightTake, read_light_take
+from ..light.pipeline import LightConfig, decode_capture
+from .bar import bar
+from .options import refuse_unused, verb
+from .outputs import FOLDER, check_outputs
+
+
+@verb
+def decode(
+    source: Path | None = None,
+    *,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    calibration: Path | None = None,
+    show: Literal["paper", "phase", "gray", "ramp"] | None = None,
+    board: str | None = None,
+    projector: str = "1024x768",
+    light: Annotated[LightConfig, Parameter(name="*")] = LightConfig(),
+) -> None:
+    """Pictures of a face under a projector's patterns and gradients of light in, detailed scans out.
+
+    A take is a folder: `patterns.json` names the slots of a capture, `calibration.json` the cameras and the projector,
+    and each camera has a folder of pictures of its name, capture after capture. One scan is written to an .exr (all
+    channels), .ply or .obj; several to a folder. `--show` writes the patterns for a projector instead, and `--board`
+    calibrates a camera and a projector from a folder of poses of a checkerboard under `--show gray`.
+
+    Parameters
+    ----------
+    source
+        The folder of the take, or of the poses.
+    output
+        scan.exr by default; a folder for several captures or for patterns; a .json for a calibration.
+    calibration
+        Instead of the folder's own calibration.json.
+    show
+        Write these patterns: paper (six sinusoids, full-on, lamps), phase (phase shift and Gray code), gray, ramp.
+    board
+        Calibrate by a checkerboard of inner corners and mm a square, such as 9x7x75.
+    projector
+        Its size in pixels, for --show and --board.
+    """
+    if show is not None:
+        refuse_unused("with --show", "source", "calibration", "board", "light")
+        return show_patterns(show, projector, output or Path("patterns"))
+    if source is None:
+        raise BadInput("decode: name a folder of pictures, or --show patterns for a projector")
+    if board is not None:
+        refuse_unused("with --board", "calibration", "light")
+        return calibrate_rig(existing(source), board, projector, output or Path("calibration.json"))
+    refuse_unused("without --show or --board", "projector")
+    decode_take(source, calibration, output or Path("scan.exr"), light)
+
+
+def show_patterns(name: str, size: str, folder: Path) -> None:
+    """The pictures that a projector is to show."""
+    from ..light.disk.pattern_files import pattern_set, write_pattern_pictures
+
+    check_outputs({FOLDER: folder})
+    patterns = pattern_set(name, size)
+    count = write_pattern_pictures(folder, patterns)
+    print(f"{folder}/: {count} pictures, patterns.json ({patterns!r})")
+
+
+def calibrate_rig(folder: Path, board: str, size: str, output: Path) -> None:
+    """A camera and a projector from poses of a board."""
+    from ..light.calibrate import calibrate_folder, read_board
+    from ..light.disk.pattern_files import pattern_set
+    from ..light.light_rig import write_rig
+
+    check_outputs({"a calibration": output})
+    told = read_board(board)
+    with bar() as progress:
+        found, notes = calibrate_folder(folder, pattern_set("gray", size), told, progress=progress)
+    write_rig(output, found.rig)
+    for note in notes:
+        print(note)
+    if found.left_out:
+        print(f"left out, they do not fit the others: {', '.join(found.left_out)}")
+    errors = ", ".join(f"{name} {error:.3f}" for name, error in found.rms_px.items())
+    print(f"{output}: reprojection error, px rms: {errors}")
+
+
+def decode_take(source: Path, calibration: Path | None, output: Path, config: LightConfig) -> None:
+    """Every capture of a take; one that cannot be decoded is named and left out."""
+    take = read_light_take(source, calibration)
+    many = len(take) > 1
+    if many:
+        check_outputs({FOLDER: output}, [source])
+        output.mkdir(parents=True, exist_ok=True)
+    else:
+        check_outputs({"a scan": output}, [source])
+    written = 0
+    with bar() as progress:
+        for number in range(len(take)):
+            progress.update("captures", number, len(take))
+            written += decode_one(take, number, output / f"capture_{number:04d}.exr" if many else output, config)
+        progress.update("captures", len(take), len(take))
+    if not written:
+        raise BadInput(f"{source}: no capture could be decoded; the lines above say why")
+    print(f"{output}: {written} of {len(take)} captures")
+
+
+def decode_one(take: LightTake, number: int, path: Path, config: LightConfig) -> bool:
+    """Decode and write one capture; False, and a line, where it cannot be."""
+    try:
+        scan = decode_capture(take.capture(number), take.patterns, take.rig, config)
+    except BadInput as error:
+        print(f"capture {number} left out: {error}")
+        return False
+    write_scan(path, scan)
+    print(f"{path}: {scan!r}")
+    return True
+
+
+def write_scan(path: Path, scan: LightScan) -> None:
+    """All channels as EXR, or the surface as a mesh."""
+    if path.suffix.lower() == ".exr":
+        return write_light_scan(path, scan)
+    from ..io.meshes import write_mesh
+
+    write_mesh(path, scan.mesh())

@@ -1,0 +1,172 @@
+"""The paper's light rig on the stage: two cameras, a projector, lamps all round, a face that moves between patterns."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from ..camera import Camera
+from ..light.disk.light_scan import LightScan
+from ..light.fuse import surface_normals
+from ..light.light_rig import LightRig, RigView
+from ..light.normals import gradient_normals
+from ..light.patterns import PatternSet, paper_set, profile
+from ..light.pipeline import LightConfig, at_one_moment, base_geometry, moment
+from ..mesh import Mesh
+from ..stage.people.skin import Skin
+from ..stage.sensors.active_light import ActiveLightConfig, Placed, Slot, look, picture
+from ..transforms import Transform
+
+
+@dataclass(frozen=True)
+class LightStageConfig:
+    """Where everything stands."""
+
+    size: tuple[int, int] = (768, 1024)
+    """Of the cameras, width and height: a face is tall."""
+    projector: tuple[int, int] = (1024, 768)
+    distance_mm: float = 700.0
+    baseline_mm: float = 240.0
+    faults: ActiveLightConfig = ActiveLightConfig()
+
+
+@dataclass(frozen=True)
+class StagedCapture:
+    """One capture's pictures and what was really there."""
+
+    images: dict[str, Float[np.ndarray, "slots h w"]]
+    """By camera."""
+    patterns: PatternSet
+    rig: LightRig
+    T_rig_face: Transform
+    skin: Mesh
+    ends: tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]]
+    """The true vertices in the first slot and in the last, face space, mm."""
+
+    def truth(self, slot: float) -> Mesh:
+        """The face at a moment of the capture, rig space, mm."""
+        share = slot / max(len(self.patterns) - 1, 1)
+        vertices = (1 - share) * self.ends[0] + share * self.ends[1]
+        return self.skin.with_vertices(self.T_rig_face.apply(vertices))
+
+
+def staged_rig(
+    centre: Float[np.ndarray, " 3"], config: LightStageConfig = LightStageConfig()
+) -> tuple[LightRig, Transform]:
+    """The rig before a face whose middle is `centre` (face space), and T_rig_face."""
+    width, height = config.size
+    focal = 0.9 * height / 225.0 * config.distance_mm
+    camera = Camera(focal, focal, (width - 1) / 2, (height - 1) / 2, width, height)
+    wide, tall = config.projector
+    beam = tall / 290.0 * config.distance_mm
+    half = config.baseline_mm / 2
+    eyes = {"left": (-half, 0.0), "right": (half, 0.0), "projector": (0.0, 60.0)}
+    poses = {name: looking_at(centre + np.array([x, y, config.distance_mm]), centre) for name, (x, y) in eyes.items()}
+    T_rig_face = poses["left"]
+    views = {
+        name: RigView(name, camera, pose @ T_rig_face.inverse()) for name, pose in poses.items() if name != "projector"
+    }
+    beamer = Camera(beam, beam, (wide - 1) / 2, (tall - 1) / 2, wide, tall)
+    projector = RigView("projector", beamer, poses["projector"] @ T_rig_face.inverse())
+    lamps = tuple(tuple(row) for row in T_rig_face.rotation.tolist())
+    return LightRig((views["left"], views["right"]), projector, lamps, config.faults.gamma), T_rig_face
+
+
+def looking_at(eye: Float[np.ndarray, " 3"], target: Float[np.ndarray, " 3"]) -> Transform:
+    """T_camera_face of a camera at `eye` that looks at `target`, upright (face space: +Y up)."""
+    forward = (target - eye) / np.linalg.norm(target - eye)
+    right = np.cross(forward, [0.0, 1.0, 0.0])
+    right /= np.linalg.norm(right)
+    rotation = np.stack([right, np.cross(forward, right), forward])
+    return Transform(rotation, -rotation @ eye)
+
+
+def staged_capture(
+    skin: Skin,
+    start: Float[np.ndarray, " shapes"],
+    end: Float[np.ndarray, " shapes"],
+    config: LightStageConfig = LightStageConfig(),
+    patterns: PatternSet | None = None,
+    move_mm: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    seed: int = 0,
+) -> StagedCapture:
+    """Every slot of one capture while the face goes from `start` to `end` and the head by `move_mm`."""
+    patterns = patterns or paper_set(*config.projector)
+    first, last = skin.vertices(np.stack([start, end]))
+    last = last + np.array(move_mm)
+    front = first[first[:, 2] > np.quantile(first[:, 2], 0.4)]
+    rig, T_rig_face = staged_rig((front.min(0) + front.max(0)) / 2, config)
+    rng = np.random.default_rng([seed, 41])
+    still = bool((first == last).all())
+    images = {view.name: np.empty((len(patterns), *config.size[::-1])) for view in rig.cameras}
+    views = {view.name: Placed(view.camera, view.T_view_rig @ T_rig_face) for view in rig.cameras}
+    assert rig.projector is not None
+    beamer = Placed(rig.projector.camera, rig.projector.T_view_rig @ T_rig_face)
+    mesh, seen = skin.neutral, {}
+    for number in range(len(patterns)):
+        share = number / max(len(patterns) - 1, 1)
+        if not number or not still:
+            mesh = skin.neutral.with_vertices((1 - share) * first + share * last)
+            seen = {name: look(mesh, view) for name, view in views.items()}
+        for name in views:
+            images[name][number] = picture(seen[name], mesh, beamer, slot_of(patterns, number), config.faults, rng)
+    return StagedCapture(images, patterns, rig, T_rig_face, skin.neutral, (first, last))
+
+
+def slot_of(patterns: PatternSet, number: int) -> Slot:
+    """A pattern as the stage's lights know it."""
+    pattern = patterns.patterns[number]
+    if pattern.kind in ("constant", "tracking"):
+        return Slot(gradient=(0.0, 0.0, 0.0))
+    if pattern.kind == "gradient":
+        axis = "xyz".index(pattern.axis)
+        return Slot(gradient=(float(axis == 0), float(axis == 1), float(axis == 2)))
+    if pattern.axis == "y":
+        return Slot(rows=profile(pattern, patterns.height))
+    return Slot(columns=profile(pattern, patterns.width))
+
+
+@dataclass(frozen=True)
+class LightScore:
+    """How near to the truth one capture came, over the pixels that were measured."""
+
+    geometry_mm: float
+    """Mean distance in depth of the triangulated points."""
+    fused_mm: float
+    light_deg: float
+    """Median angle of the photometric normals."""
+    geometry_deg: float
+    fused_deg: float
+    share: float
+    """Of the pixels that show the face, how many were measured."""
+
+
+def score_scan(scan: LightScan, capture: StagedCapture, config: LightConfig = LightConfig()) -> LightScore:
+    """Score a scan and, decoded again, the sources that it was made from."""
+    view = capture.rig.cameras[0]
+    at = moment(capture.patterns, config.motion) if capture.patterns.of("gradient") else 0.0
+    seen = look(capture.truth(at), Placed(view.camera, view.T_view_rig))
+    depth, normals = np.full(seen.mask.shape, np.nan), np.full((*seen.mask.shape, 3), np.nan)
+    depth[seen.mask], normals[seen.mask] = seen.points[:, 2], seen.normals
+    views = [view for view in capture.rig.cameras if view.name in capture.images]
+    base = base_geometry(capture.images, views, capture.patterns, capture.rig, config)
+    known = np.isfinite(scan.points[..., 2]) & np.isfinite(base.z) & seen.mask
+    light = np.full_like(normals, np.nan)
+    if capture.patterns.of("gradient"):
+        steady = at_one_moment(capture.images[view.name], capture.patterns, config.motion)
+        light = gradient_normals(steady, capture.patterns, capture.rig).normals
+    return LightScore(
+        geometry_mm=float(np.abs(base.z - depth)[known].mean()),
+        fused_mm=float(np.abs(scan.points[..., 2] - depth)[known].mean()),
+        light_deg=median_angle(light, normals, known),
+        geometry_deg=median_angle(surface_normals(base.z, view.camera), normals, known),
+        fused_deg=median_angle(scan.normals, normals, known),
+        share=float(known.sum() / seen.mask.sum()),
+    )
+
+
+def median_angle(one: np.ndarray, other: np.ndarray, mask: np.ndarray) -> float:
+    """Between unit vectors, degrees; NaN where none is known."""
+    cosine = (one * other).sum(-1)[mask]
+    cosine = cosine[np.isfinite(cosine)]
+    return float(np.degrees(np.median(np.arccos(np.clip(cosine, -1, 1))))) if len(cosine) else float("nan")

@@ -1,0 +1,276 @@
+"""Projector columns from the ratios of sinusoids to the full-on pattern (sec. 3), by maximum likelihood.
+
+The ratio r = (1 + cos(2 pi f u + phi)) / 2 is even in the phase, so one pattern tells u only up to folds. All patterns
+together do: min_u sum_k (r_k - r_k(u))^2 / sigma_k^2, searched coarse to fine, then polished by Gauss-Newton.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float
+from scipy import ndimage
+
+from .._kernels import sinusoids as kernel
+from .._kernels._spread import spread
+from ..errors import BadInput
+from .patterns import LightPattern, PatternSet, sinusoid
+
+MANY_PERIODS = 4.0
+"""Patterns with more periods than this show whole ones on a face, so that their contrast can be told."""
+POLISH_ROUNDS = 3
+"""Of Gauss-Newton, from an estimate within half an entry of the table."""
+CONTRAST_RANGE = (0.05, 1.2)
+"""Of a local contrast."""
+
+
+@dataclass(frozen=True)
+class DecodeConfig:
+    """How patterns are read."""
+
+    noise: float = 0.006
+    """Standard deviation of a pixel, share of full scale: that of 8 bits and a fast camera."""
+    darkest: float = 0.04
+    """Pixels whose full-on value (black taken off) is below this share of full scale are in shadow."""
+    brightest: float = 0.99
+    """Pixels above this in any frame are saturated."""
+    worst: float = 25.0
+    """Pixels whose mean squared residual is above this many variances (beside the median's) are left out."""
+    per_pixel: int = 2
+    """Entries of the search table a projector pixel."""
+    border_px: int = 2
+    """Pixels so near the edge of what is lit are left out: light bleeds across it."""
+    window_px: float = 12.0
+    """Standard deviation of the window over which contrast and drift are measured, pixels."""
+    rounds: int = 2
+    """How often. Skin blurs fine patterns more where they fall at a slant. 0: one contrast a pattern, no drift."""
+    motion: bool = True
+    """Find how columns drift while patterns change (past the paper, which leaves motion in the structured light)."""
+    fold: float = 0.35
+    """How far round a level's estimate the next one searches, in periods of the coarser pattern."""
+
+
+@dataclass(frozen=True)
+class Decoded:
+    """Where on the projector's axis each camera pixel looks."""
+
+    pixel: Float[np.ndarray, "h w"]
+    """Projector pixel, sub-pixel, NaN where nothing is known."""
+    sigma: Float[np.ndarray, "h w"]
+    """Standard deviation of it, projector pixels."""
+    contrast: tuple[float, ...] = ()
+    """Of each pattern, 1 without blur: how much of the projected swing comes back."""
+    misfit: float = 0.0
+    """Median over pixels of the mean squared residual in variances: near 1 where patterns and noise are as told."""
+
+    @property
+    def known(self) -> Bool[np.ndarray, "h w"]:
+        """Where it is known."""
+        return np.isfinite(self.pixel)
+
+
+@dataclass(frozen=True)
+class Ratios:
+    """What the lit pixels of a capture show of each sinusoid, coarse to fine."""
+
+    lit: Bool[np.ndarray, "h w"]
+    values: Float[np.ndarray, "p k"]
+    """Sinusoid to full-on, black taken off both."""
+    variance: Float[np.ndarray, "p k"]
+    contrast: Float[np.ndarray, "p k"]
+    """Of the swing."""
+    lags: Float[np.ndarray, " k"]
+    """Slots after the moment of `structured_moment`."""
+    waves: tuple[LightPattern, ...]
+    width: int
+    """Of the projector, pixels."""
+
+    @property
+    def rates(self) -> Float[np.ndarray, " k"]:
+        """Radians a column."""
+        return np.array([2 * np.pi * wave.periods / self.width for wave in self.waves])
+
+    @property
+    def shifts(self) -> Float[np.ndarray, " k"]:
+        """Radians at column 0."""
+        return np.array([wave.phase for wave in self.waves]) + self.rates / 2
+
+
+@dataclass(frozen=True)
+class Polished:
+    """Columns of the lit pixels after Gauss-Newton."""
+
+    columns: Float[np.ndarray, " p"]
+    sigma: Float[np.ndarray, " p"]
+    misfit: Float[np.ndarray, " p"]
+    """Mean squared residual, in variances."""
+
+
+def decode_sinusoids(
+    images: Float[np.ndarray, "slots h w"], patterns: PatternSet, config: DecodeConfig = DecodeConfig()
+) -> Decoded:
+    """Columns of the projector, from all slots of one capture, linear 0..1.
+
+    Without a black frame ambient light is taken for the pattern's own: it pulls ratios towards one another, and columns
+    with them.
+
+    Raises:
+        BadInput: no sinusoids, or a picture in which the projector lights nothing.
+    """
+    ratios = measured_ratios(images, patterns, config)
+    start = search(ratios, config)
+    drift = np.zeros_like(start)
+    found = polish(start, drift, ratios)
+    for _ in range(config.rounds):
+        ratios = replace(ratios, contrast=local_contrasts(found.columns, drift, ratios, config))
+        if config.motion:
+            drift = drift + local_drift(found.columns, drift, ratios, config)
+        found = polish(found.columns, drift, ratios)
+    typical = float(np.median(found.misfit))
+    inside = (found.columns > -0.5) & (found.columns < patterns.width - 0.5)
+    sound = (found.misfit < config.worst * max(typical, 1.0)) & inside
+    return Decoded(
+        pixel=masked_image(np.where(sound, found.columns, np.nan), ratios.lit),
+        sigma=masked_image(np.where(sound, found.sigma, np.nan), ratios.lit),
+        contrast=tuple(float(c) for c in np.median(ratios.contrast, axis=0)),
+        misfit=typical,
+    )
+
+
+def structured_moment(patterns: PatternSet) -> float:
+    """The slot whose moment columns show: the mean of the finest sinusoids, which fix them, and the full-on pattern."""
+    periods = {slot: patterns.patterns[slot].periods for slot in patterns.of("sinusoid", axis="x")}
+    finest = [slot for slot, f in periods.items() if np.isclose(f, max(periods.values()))]
+    return float(np.mean([*finest, patterns.one("full")]))
+
+
+def measured_ratios(images: Float[np.ndarray, "slots h w"], patterns: PatternSet, config: DecodeConfig) -> Ratios:
+    """Sinusoids over the full-on pattern where that lights anything.
+
+    Raises:
+        BadInput: fewer than three sinusoids, or nothing lit.
+    """
+    slots = patterns.of("sinusoid", axis="x")
+    if len(slots) < 3:
+        raise BadInput(f"patterns: expected 3 sinusoids of several periods or more, got {len(slots)}")
+    slots = sorted(slots, key=lambda slot: patterns.patterns[slot].periods)
+    lit, black = lit_pixels(images, patterns, slots, config)
+    lit = ndimage.binary_erosion(lit, iterations=config.border_px) if config.border_px else lit
+    waves = tuple(patterns.patterns[slot] for slot in slots)
+    gain = (images[patterns.one("full")] - black)[lit]
+    values = np.stack([(images[slot] - black)[lit] / gain for slot in slots], 1)
+    variance = (config.noise / gain[:, None]) ** 2 * (1 + values**2)
+    contrast = np.broadcast_to(contrasts(values, waves), values.shape).copy()
+    lags = np.array(slots) - structured_moment(patterns)
+    return Ratios(lit, values, variance, contrast, lags, waves, patterns.width)
+
+
+def lit_pixels(
+    images: Float[np.ndarray, "slots h w"], patterns: PatternSet, slots: list[int], config: DecodeConfig
+) -> tuple[Bool[np.ndarray, "h w"], Float[np.ndarray, "h w"]]:
+    """Pixels that the projector lights and that no frame saturates; and what is seen with the projector black.
+
+    Raises:
+        BadInput: there are none.
+    """
+    full = images[patterns.one("full")]
+    black = images[patterns.one("black")] if patterns.of("black") else np.zeros_like(full)
+    bright = np.maximum(images[slots].max(axis=0), full)
+    lit = (full - black > config.darkest) & (bright < config.brightest)
+    if not lit.any():
+        why = "saturated" if (full >= config.brightest).mean() > 0.5 else "dark"
+        raise BadInput(f"full-on pattern: no pixel is lit well, most are {why}; mend the exposure, or the slots' order")
+    return lit, black
+
+
+def contrasts(ratios: Float[np.ndarray, "p k"], waves: tuple[LightPattern, ...]) -> Float[np.ndarray, " k"]:
+    """How much of its swing each sinusoid keeps: blur of lens and skin flattens the fine ones.
+
+    Of a cosine of any phase, 95 % lie below 0.997 of the swing. Coarse patterns, of which a face shows a piece of a
+    period only, are taken whole.
+    """
+    swing = np.quantile(np.abs(2 * ratios - 1), 0.95, axis=0) / np.cos(0.05 * np.pi / 2)
+    many = np.array([wave.periods > MANY_PERIODS for wave in waves])
+    return np.where(many, np.clip(swing, 0.05, 1.0), 1.0)
+
+
+def search(ratios: Ratios, config: DecodeConfig) -> Float[np.ndarray, " p"]:
+    """The likeliest column of a table, coarse to fine."""
+    entries = config.per_pixel * ratios.width
+    pixels = (np.arange(entries) + 0.5) / config.per_pixel - 0.5
+    table = np.stack([sinusoid(wave, pixels, ratios.width) for wave in ratios.waves])
+    period = np.array([entries / wave.periods for wave in ratios.waves])
+    steps = np.maximum(period / 16, 1).astype(np.int64)
+    windows = np.append(entries, config.fold * period[:-1]).astype(np.int64)
+    whole = 0.5 + (ratios.values - 0.5) / ratios.contrast
+    precision = ratios.contrast**2 / ratios.variance
+    best, costs = np.zeros(len(whole), np.int64), np.zeros(len(whole))
+
+    def rows(first: int, last: int) -> None:
+        p = slice(first, last)
+        kernel.search_columns(whole[p], precision[p], table, steps, windows, best[p], costs[p])
+
+    spread(rows, len(whole))
+    return pixels[best]
+
+
+def polish(columns: Float[np.ndarray, " p"], drift: Float[np.ndarray, " p"], ratios: Ratios) -> Polished:
+    """Gauss-Newton on all patterns."""
+    moved, sigma, misfit = columns.copy(), np.empty_like(columns), np.empty_like(columns)
+    precision, rates, shifts = 1 / ratios.variance, ratios.rates, ratios.shifts
+
+    def rows(first: int, last: int) -> None:
+        p = slice(first, last)
+        told = (ratios.values[p], ratios.contrast[p], precision[p], rates, shifts, ratios.lags)
+        kernel.polish_columns(moved[p], drift[p], *told, POLISH_ROUNDS, sigma[p], misfit[p])
+
+    spread(rows, len(columns))
+    return Polished(moved, sigma, misfit)
+
+
+def local_contrasts(
+    columns: Float[np.ndarray, " p"], drift: Float[np.ndarray, " p"], ratios: Ratios, config: DecodeConfig
+) -> Float[np.ndarray, "p k"]:
+    """What is left of each sinusoid's swing round every pixel: the regression of what is seen on what is expected.
+
+    A contrast that is taken wrong pulls columns to and fro with the pattern's phase: stripes on the surface.
+    """
+    out = np.ones_like(ratios.values)
+    for k, wave in enumerate(ratios.waves):
+        if wave.periods <= MANY_PERIODS:
+            continue
+        expected = np.cos((columns + drift * ratios.lags[k]) * ratios.rates[k] + ratios.shifts[k])
+        seen = windowed(expected * (2 * ratios.values[:, k] - 1), ratios.lit, config.window_px)
+        power = windowed(expected**2, ratios.lit, config.window_px)
+        out[:, k] = np.clip(seen / np.maximum(power, 1e-9), *CONTRAST_RANGE)
+    return out
+
+
+def local_drift(
+    columns: Float[np.ndarray, " p"], drift: Float[np.ndarray, " p"], ratios: Ratios, config: DecodeConfig
+) -> Float[np.ndarray, " p"]:
+    """How much faster than `drift` the column under each pixel changes, columns a slot: motion between patterns.
+
+    Each pixel has a column of its own, its neighbourhood one drift: least squares in both, the columns eliminated.
+    """
+    angle = (columns[:, None] + drift[:, None] * ratios.lags) * ratios.rates + ratios.shifts
+    slope = -0.5 * ratios.contrast * ratios.rates * np.sin(angle)
+    off = ratios.values - (1 + ratios.contrast * np.cos(angle)) / 2
+    weight = slope**2 / ratios.variance
+    pull = slope * off / ratios.variance
+    mean_lag = (weight * ratios.lags).sum(1) / weight.sum(1)
+    lag = ratios.lags - mean_lag[:, None]
+    right = windowed((pull * lag).sum(1), ratios.lit, config.window_px)
+    left = windowed((weight * lag**2).sum(1), ratios.lit, config.window_px)
+    return right / np.maximum(left, 1e-12)
+
+
+def windowed(values: Float[np.ndarray, " p"], lit: Bool[np.ndarray, "h w"], sigma: float) -> Float[np.ndarray, " p"]:
+    """Sums over a Gaussian window round each lit pixel."""
+    return ndimage.gaussian_filter(np.nan_to_num(masked_image(values, lit)), sigma, truncate=3.0)[lit]
+
+
+def masked_image(values: Float[np.ndarray, " p"], mask: Bool[np.ndarray, "h w"]) -> Float[np.ndarray, "h w"]:
+    """Values of masked pixels as an image, NaN elsewhere."""
+    image = np.full(mask.shape, np.nan)
+    image[mask] = values
+    return image

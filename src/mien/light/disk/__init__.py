@@ -1,0 +1,1 @@
+"""Takes, scans and patterns as files."""

@@ -1,0 +1,153 @@
+"""A folder of active-light pictures: patterns.json, calibration.json, and one folder of pictures a camera."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+from PIL import Image, UnidentifiedImageError
+
+from ...errors import BadInput
+from ...files import existing
+from ...pictures.color import to_linear
+from ..light_rig import LightRig, read_rig
+from ..patterns import PatternSet, read_patterns
+
+PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp")
+DARK, BRIGHT = 0.02, 0.98
+"""Of full scale: a full-on picture that is darker or brighter than this almost everywhere is of no use."""
+
+
+@dataclass(frozen=True)
+class LightTake:
+    """Captures of one rig, read one by one."""
+
+    patterns: PatternSet
+    rig: LightRig
+    pictures: dict[str, tuple[Path, ...]]
+    """By camera, in their order; a capture after the other."""
+
+    def __len__(self) -> int:
+        return len(next(iter(self.pictures.values()))) // len(self.patterns)
+
+    def capture(self, number: int) -> dict[str, Float[np.ndarray, "slots h w"]]:
+        """One capture's pictures by camera, linear 0..1.
+
+        Raises:
+            BadInput: a picture that cannot be read, of another size, doubled, or all dark or saturated.
+        """
+        first = number * len(self.patterns)
+        out = {}
+        for name, paths in self.pictures.items():
+            images = [read_grey(path, self.rig.gamma) for path in paths[first : first + len(self.patterns)]]
+            told = paths[first : first + len(self.patterns)]
+            one_size(images, told)
+            _no_double(images, told, self.patterns)
+            _exposed(images, told, self.patterns)
+            out[name] = np.stack(images)
+        return out
+
+    def __iter__(self) -> Iterator[dict[str, Float[np.ndarray, "slots h w"]]]:
+        return (self.capture(number) for number in range(len(self)))
+
+
+def read_light_take(folder: str | Path, calibration: str | Path | None = None) -> LightTake:
+    """Open a folder; `calibration` stands in for its own.
+
+    Raises:
+        BadInput: no such folder, no patterns, no calibration, no pictures, or numbers that do not come out even.
+    """
+    folder = existing(folder)
+    if not folder.is_dir():
+        raise BadInput(
+            f"{folder}: expected a folder with patterns.json, calibration.json and a folder of pictures a camera"
+        )
+    patterns = read_patterns(folder / "patterns.json")
+    rig = read_rig(calibration or folder / "calibration.json")
+    pictures = {view.name: pictures_of(folder / view.name) for view in rig.cameras if (folder / view.name).is_dir()}
+    if not pictures:
+        raise BadInput(
+            f"{folder}: no folder of any camera of the calibration ({', '.join(v.name for v in rig.cameras)})"
+        )
+    for name, paths in pictures.items():
+        if not paths or len(paths) % len(patterns):
+            raise BadInput(f"{folder / name}: {len(paths)} pictures, {len(patterns)} slots a capture{_gap(paths)}")
+    counts = {name: len(paths) // len(patterns) for name, paths in pictures.items()}
+    if len(set(counts.values())) != 1:
+        raise BadInput(f"{folder}: cameras with different numbers of captures: {counts}")
+    return LightTake(patterns, rig, pictures)
+
+
+def pictures_of(folder: Path) -> tuple[Path, ...]:
+    """Pictures in the order of the numbers in their names."""
+    found = [path for path in folder.iterdir() if path.suffix.lower() in PICTURES]
+    return tuple(sorted(found, key=_number))
+
+
+def _number(path: Path) -> tuple[list[int], str]:
+    return [int(digits) for digits in re.findall(r"\d+", path.stem)], path.name
+
+
+def _gap(paths: tuple[Path, ...]) -> str:
+    """What the numbers in the names say is missing or too much."""
+    numbers = [_number(path)[0][-1] for path in paths if _number(path)[0]]
+    if len(numbers) != len(paths) or not numbers:
+        return ": a picture is missing or doubled"
+    missing = sorted(set(range(min(numbers), max(numbers) + 1)) - set(numbers))
+    if missing:
+        return f": number {missing[0]} is missing"
+    return f": the last, {paths[-1].name}, is one too many or the first of a capture that was cut off"
+
+
+def read_grey(path: Path, gamma: float = 1.0) -> Float[np.ndarray, "h w"]:
+    """A picture as linear grey, 0..1, of 8 or 16 bits; colours are averaged.
+
+    Args:
+        gamma: of the stored values; 2.2 stands for sRGB's own curve.
+
+    Raises:
+        BadInput: no picture.
+    """
+    try:
+        with Image.open(path) as picture:
+            values = np.array(picture if picture.mode != "P" else picture.convert("RGB"))
+    except (OSError, UnidentifiedImageError, ValueError) as error:
+        raise BadInput(f"{path}: cannot be read as a picture ({error})") from None
+    scale = 1.0 if values.dtype == bool else 255.0 if values.dtype == np.uint8 else 65535.0
+    stored = values[..., :3].mean(axis=-1) / scale if values.ndim == 3 else values / scale
+    if gamma == 1.0:
+        return stored.astype(float)
+    return to_linear(stored) if abs(gamma - 2.2) < 0.05 else stored**gamma
+
+
+def one_size(images: list[np.ndarray], paths: tuple[Path, ...]) -> None:
+    """Refuse pictures of several sizes.
+
+    Raises:
+        BadInput: the first that differs.
+    """
+    for image, path in zip(images, paths, strict=True):
+        if image.shape != images[0].shape:
+            (h, w), (height, width) = image.shape, images[0].shape
+            raise BadInput(f"{path}: {w} x {h} pixels, the capture's others {width} x {height}")
+
+
+def _no_double(images: list[np.ndarray], paths: tuple[Path, ...], patterns: PatternSet) -> None:
+    """Sensors have noise: two pictures alike to the last bit are one, stored twice."""
+    for i in range(1, len(images)):
+        if patterns.patterns[i] != patterns.patterns[i - 1] and np.array_equal(images[i], images[i - 1]):
+            raise BadInput(
+                f"{paths[i]}: the same picture as {paths[i - 1].name}; one is doubled, so the slots do not fit"
+            )
+
+
+def _exposed(images: list[np.ndarray], paths: tuple[Path, ...], patterns: PatternSet) -> None:
+    for slot in patterns.of("full", "constant"):
+        if np.quantile(images[slot], 0.995) < DARK:
+            raise BadInput(
+                f"{paths[slot]}: black, where {patterns.patterns[slot].kind} light should be; wrong order, or no light"
+            )
+        if (images[slot] > BRIGHT).mean() > 0.5:
+            raise BadInput(f"{paths[slot]}: saturated over half the picture; lower the exposure")

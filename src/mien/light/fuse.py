@@ -1,0 +1,122 @@
+"""Points that are right on the whole and normals that are right in detail become one surface (Nehab et al. 2005)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+from scipy import ndimage
+
+from ..camera import Camera
+from .integrate import STEEPEST, GridSolution, log_slopes, on_edges, solve_grid
+from .normals import NormalMap
+from .triangulate import DepthMap, pixel_rays
+
+
+@dataclass(frozen=True)
+class NormalFusionConfig:
+    """How much of which source."""
+
+    smooth_px: float = 12.0
+    """Standard deviation of the smoothing beyond which geometry corrects normals, pixels. 0: it does not."""
+    normal_sigma: float = 0.03
+    """Standard deviation of a photometric normal where all is well, radians."""
+    depth_sigma_mm: float = 0.08
+    """Least standard deviation of a triangulated depth, mm: what calibration and blur leave, besides noise."""
+    edge_mm: float = 4.0
+    """Neighbours farther apart in depth are not joined."""
+    least_trust: float = 0.05
+    """A normal never counts less than this share of a sound one: else a crease would cut the surface in two."""
+    uneven: float = 3.0
+    """Depths' standard deviations are taken within this factor of their median."""
+
+
+@dataclass(frozen=True)
+class Fused:
+    """The surface that both sources agree on."""
+
+    z: Float[np.ndarray, "h w"]
+    """Along the first camera's axis, mm; NaN where no point was triangulated."""
+    normals: Float[np.ndarray, "h w 3"]
+    """Of that surface, camera space."""
+    solution: GridSolution
+
+
+def fuse(depth: DepthMap, light: NormalMap, camera: Camera, config: NormalFusionConfig = NormalFusionConfig()) -> Fused:
+    """The most likely surface: depths with their variances, slopes of its logarithm with theirs.
+
+    With q = log z the slopes are linear in the unknowns (`integrate.log_slopes`), so this is one sparse linear system.
+    """
+    rays = pixel_rays(camera)
+    geometry = surface_normals(np.where(steps_nearby(depth.z, config.edge_mm), np.nan, depth.z), camera)
+    normals = corrected_normals(light, geometry, rays, config.smooth_px) if config.smooth_px else light.normals
+    known = np.isfinite(depth.z)
+    toward = np.abs((np.nan_to_num(normals) * rays).sum(-1)) / np.linalg.norm(rays, axis=-1)
+    slopes = log_slopes(np.where(known[..., None], normals, np.nan), camera, rays)
+    trust = known * np.maximum(light.confidence**2 * toward**4, config.least_trust)
+    steps, edges = on_edges(slopes, trust * (camera.fx / config.normal_sigma) ** 2)
+    q = np.log(np.where(known, depth.z, 1.0))
+    joined = [np.abs(np.diff(np.where(known, depth.z, 1e9), axis=axis)) < config.edge_mm for axis in (1, 0)]
+    edges = (np.where(joined[0], edges[0], 0.0), np.where(joined[1], edges[1], 0.0))
+    typical = float(np.nanmedian(depth.sigma_mm))
+    noise = np.clip(np.nan_to_num(depth.sigma_mm, nan=typical), typical / config.uneven, typical * config.uneven)
+    variance = (noise**2 + config.depth_sigma_mm**2) / np.where(known, depth.z, 1.0) ** 2
+    weight = np.where(known, 1 / variance, 0.0)
+    unit = weight[known].mean()
+    solved = solve_grid(q, weight / unit, steps, (edges[0] / unit, edges[1] / unit))
+    z = np.where(known, np.exp(solved.values), np.nan)
+    return Fused(z, surface_normals(z, camera), solved)
+
+
+def steps_nearby(z: Float[np.ndarray, "h w"], edge_mm: float) -> Bool[np.ndarray, "h w"]:
+    """Pixels beside a step in depth."""
+    known = np.isfinite(z)
+    high = ndimage.maximum_filter(np.where(known, z, -np.inf), 3)
+    return known & (high - ndimage.minimum_filter(np.where(known, z, np.inf), 3) > edge_mm)
+
+
+def surface_normals(z: Float[np.ndarray, "h w"], camera: Camera) -> Float[np.ndarray, "h w 3"]:
+    """Unit normals of a depth map, towards the camera; by central differences, one-sided at edges, else NaN."""
+    points = pixel_rays(camera) * z[..., None]
+    tangents = []
+    for axis in (1, 0):
+        ahead, behind = np.roll(points, -1, axis), np.roll(points, 1, axis)
+        ahead = np.where(np.isfinite(ahead), ahead, points)
+        behind = np.where(np.isfinite(behind), behind, points)
+        tangents.append(ahead - behind)
+    normal = np.cross(tangents[1], tangents[0])
+    length = np.linalg.norm(normal, axis=-1, keepdims=True)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(length > 0, normal / length, np.nan)
+
+
+def corrected_normals(
+    light: NormalMap, geometry: Float[np.ndarray, "h w 3"], rays: Float[np.ndarray, "h w 3"], smooth_px: float
+) -> Float[np.ndarray, "h w 3"]:
+    """Photometric normals turned by the rotation from their smoothed selves to the smoothed normals of the geometry.
+
+    Light from lamps that are not quite where they should be bends normals slowly over the face; geometry is right
+    there (Nehab et al. 2005, sec. 3). Vectors of unit length along the ray are averaged, which are linear in slopes:
+    means of unit normals would lean towards the camera where the geometry is noisy.
+    """
+    both = np.asarray(light.known & np.all(np.isfinite(geometry), axis=-1))
+    photometric = _smoothed(light.normals, rays, both, smooth_px)
+    geometric = _smoothed(geometry, rays, both, smooth_px)
+    return np.where(both[..., None], turned(light.normals, photometric, geometric), light.normals)
+
+
+def _smoothed(normals: np.ndarray, rays: np.ndarray, known: np.ndarray, sigma: float) -> np.ndarray:
+    toward = np.abs((normals * rays).sum(-1, keepdims=True))
+    vectors = np.where(known[..., None], normals / np.maximum(toward, STEEPEST), 0.0)
+    blurred = np.stack([ndimage.gaussian_filter(vectors[..., i], sigma) for i in range(3)], -1)
+    length = np.linalg.norm(blurred, axis=-1, keepdims=True)
+    return np.where(known[..., None], blurred / np.maximum(length, 1e-12), np.array([0.0, 0.0, -1.0]))
+
+
+def turned(
+    vectors: Float[np.ndarray, "*n 3"], source: Float[np.ndarray, "*n 3"], target: Float[np.ndarray, "*n 3"]
+) -> Float[np.ndarray, "*n 3"]:
+    """Vectors turned by the smallest rotation that takes `source` to `target` (unit vectors, not opposite)."""
+    axis = np.cross(source, target)
+    cosine = (source * target).sum(-1, keepdims=True)
+    across = np.cross(axis, vectors)
+    return vectors + across + np.cross(axis, across) / np.maximum(1 + cosine, 1e-6)

@@ -1,0 +1,174 @@
+"""One capture of active light, from pictures to a detailed scan: section 3 in its order."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from ..errors import BadInput
+from .decode_phase import decode_gray, decode_phase
+from .decode_sinusoids import DecodeConfig, Decoded, decode_sinusoids, structured_moment
+from .disk.light_scan import LightScan
+from .fuse import NormalFusionConfig, fuse, surface_normals
+from .light_rig import LightRig, RigView
+from .motion import MotionConfig, compensated, slot_flow
+from .normals import NormalMap, gradient_normals
+from .patterns import PatternSet
+from .triangulate import DepthMap, TriangulateConfig, triangulate_pair, triangulate_projector
+
+WORST_COLUMNS = 8.0
+"""Median distance of points from their planes of light, projector pixels, at which a calibration is another rig's."""
+
+
+@dataclass(frozen=True)
+class LightConfig:
+    """Everything that can be set."""
+
+    decode: DecodeConfig = DecodeConfig()
+    triangulate: TriangulateConfig = TriangulateConfig()
+    motion: MotionConfig = MotionConfig()
+    fuse: NormalFusionConfig = NormalFusionConfig()
+
+
+def decode_capture(
+    images: dict[str, Float[np.ndarray, "slots h w"]],
+    patterns: PatternSet,
+    rig: LightRig,
+    config: LightConfig = LightConfig(),
+) -> LightScan:
+    """A detailed scan from one capture, its pictures (linear 0..1) by camera.
+
+    Two cameras: camera to camera. One: camera to the calibrated projector. With gradient conditions: normals, motion
+    taken out, fused. Without: the geometry alone.
+
+    Raises:
+        BadInput: pictures and patterns or calibration that do not belong together; the line says which and what to do.
+    """
+    views = [view for view in rig.cameras if view.name in images]
+    check(images, views, patterns)
+    images = {view.name: view.straightened(images[view.name]) for view in views}
+    depth = base_geometry(images, views, patterns, rig, config)
+    first = views[0]
+    if not patterns.of("gradient"):
+        return as_scan(depth, None, images[first.name][patterns.one("full")], first)
+    steady = at_one_moment(images[first.name], patterns, config.motion)
+    light = gradient_normals(steady, patterns, rig)
+    check_light(depth, light, first)
+    fused = fuse(depth, light, first.camera, config.fuse)
+    return as_scan(DepthMap(fused.z, depth.sigma_mm), light, light.albedo, first)
+
+
+def check(images: dict[str, np.ndarray], views: list[RigView], patterns: PatternSet) -> None:
+    """Pictures that fit the list of patterns and the calibration.
+
+    Raises:
+        BadInput: they do not.
+    """
+    if not views:
+        raise BadInput("no pictures of any camera that the calibration names")
+    for view in views:
+        count, height, width = images[view.name].shape
+        camera = view.camera
+        if count != len(patterns):
+            raise BadInput(f"{view.name}: {count} pictures in a capture of {len(patterns)} slots")
+        if (height, width) != (camera.height, camera.width):
+            raise BadInput(
+                f"{view.name}: pictures of {width} x {height}, calibrated at {camera.width} x {camera.height}: "
+                "the calibration of another camera or mode"
+            )
+
+
+def base_geometry(
+    images: dict[str, np.ndarray], views: list[RigView], patterns: PatternSet, rig: LightRig, config: LightConfig
+) -> DepthMap:
+    """Triangulated depth of the first camera's pixels."""
+    decoded = [columns(images[view.name], patterns, config.decode) for view in views]
+    if len(views) > 1:
+        depth = triangulate_pair(views[0], views[1], decoded[0], decoded[1], config.triangulate)
+        if rig.projector is not None:
+            check_projector(depth, views[0], rig.projector, decoded[0])
+        return depth
+    if rig.projector is None:
+        raise BadInput(f"{views[0].name}: one camera needs a calibrated projector, and the calibration has none")
+    return triangulate_projector(views[0], rig.projector, decoded[0], config.triangulate)
+
+
+def check_light(depth: DepthMap, light: NormalMap, view: RigView) -> None:
+    """Triangulated surface and photometric normals must lean to the same sides.
+
+    Raises:
+        BadInput: they lean to opposite ones, as the hollow face does that two swapped cameras see.
+    """
+    geometry = surface_normals(depth.z, view.camera)
+    both = np.isfinite(geometry).all(-1) & light.known
+    leaning = geometry[both][:, 0]
+    told = light.normals[both][:, 0]
+    if len(told) and np.corrcoef(leaning, told)[0, 1] < 0:
+        raise BadInput(
+            "the surface is hollow where its light says it bulges: the two cameras' pictures are swapped, "
+            "or the lamps' axes in the calibration (R_rig_lamps) are mirrored"
+        )
+
+
+def check_projector(depth: DepthMap, view: RigView, projector: RigView, seen: Decoded) -> None:
+    """What two cameras found must lie in the planes of light that a calibrated projector threw.
+
+    Raises:
+        BadInput: most of it lies far off.
+    """
+    known = np.isfinite(depth.z) & seen.known
+    if not known.any():
+        raise BadInput("no point is left after triangulation: are the pictures in focus, and of this calibration?")
+    points = depth.points(view.camera)[known]
+    T_projector_view = projector.T_view_rig @ view.T_view_rig.inverse()
+    ideal = projector.camera.project(T_projector_view.apply(points))
+    columns = projector.distorted(ideal)[:, 0]
+    off = np.median(np.abs(columns - seen.pixel[known]))
+    if off > WORST_COLUMNS:
+        raise BadInput(
+            f"points of the two cameras lie {off:.0f} projector pixels off the patterns on them: "
+            "the cameras' pictures are swapped, or the calibration is of another rig"
+        )
+
+
+def columns(images: np.ndarray, patterns: PatternSet, config: DecodeConfig) -> Decoded:
+    """Projector columns by whatever the capture shows: the paper's sinusoids, a phase shift, or Gray codes alone."""
+    waves = patterns.of("sinusoid", axis="x")
+    periods = {patterns.patterns[slot].periods for slot in waves}
+    if len(periods) > 1:
+        return decode_sinusoids(images, patterns, config)
+    if periods:
+        return decode_phase(images, patterns, config)
+    return decode_gray(images, patterns)
+
+
+def at_one_moment(images: np.ndarray, patterns: PatternSet, config: MotionConfig) -> np.ndarray:
+    """The lamps' conditions without what moved between them."""
+    if not config.compensate or not patterns.of("tracking"):
+        return images
+    flow = slot_flow(images, patterns, config)
+    return compensated(images, patterns, flow, moment(patterns, config))
+
+
+def moment(patterns: PatternSet, config: MotionConfig) -> float:
+    """The slot in which the scan shows the face."""
+    sinusoids = patterns.of("sinusoid", axis="x")
+    if not patterns.of("tracking") or (config.to_structured and sinusoids):
+        return structured_moment(patterns)
+    return float(patterns.one("tracking"))
+
+
+def as_scan(depth: DepthMap, light: NormalMap | None, albedo: np.ndarray, view: RigView) -> LightScan:
+    """Points in rig space."""
+    inverse = view.T_view_rig.inverse()
+    points = depth.points(view.camera)
+    known = np.isfinite(depth.z)
+    normals = surface_normals(depth.z, view.camera)
+    confidence = np.ones(known.shape) if light is None else light.confidence
+    return LightScan(
+        points=inverse.apply(points),
+        normals=inverse.rotate(normals),
+        albedo=np.where(known, albedo, np.nan),
+        confidence=np.where(known, confidence, 0.0),
+        sigma_mm=depth.sigma_mm,
+    )

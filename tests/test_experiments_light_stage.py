@@ -1,0 +1,47 @@
+import numpy as np
+import pytest
+
+from mien.experiments.light_stage import LightStageConfig, looking_at, score_scan, staged_capture, staged_rig
+from mien.light.disk.light_scan import LightScan
+from mien.light.patterns import gray_set
+from mien.stage import SkinConfig, make_performer, make_skin
+from mien.stage.sensors.active_light import Placed, look
+
+SMALL = LightStageConfig(size=(108, 144), projector=(256, 192))
+
+
+@pytest.fixture(scope="module")
+def skin():
+    return make_skin(make_performer(5), SkinConfig(levels=1, eyes_and_teeth=False), 5)
+
+
+def test_everything_looks_at_the_face():
+    centre = np.array([3.0, -10.0, 60.0])
+    rig, T_rig_face = staged_rig(centre, SMALL)
+    for view in (*rig.cameras, rig.projector):
+        seen = (view.T_view_rig @ T_rig_face).apply(centre[None])
+        np.testing.assert_allclose(view.camera.project(seen)[0], [view.camera.cx, view.camera.cy], atol=1e-6)
+    above = looking_at(np.array([0.0, 100.0, 100.0]), np.zeros(3))
+    assert above.apply(np.array([[0.0, 1.0, 0.0]]))[0, 1] < above.apply(np.zeros((1, 3)))[0, 1]
+
+
+def test_a_face_moves_evenly_between_its_slots(skin):
+    rest, smile = np.zeros(len(skin.names)), np.zeros(len(skin.names))
+    smile[skin.names.index("mouthSmileLeft")] = 1.0
+    capture = staged_capture(skin, rest, smile, SMALL, gray_set(256, 192), (0.0, 0.0, 5.0))
+    half = (capture.truth(0).vertices + capture.truth(len(capture.patterns) - 1).vertices) / 2
+    np.testing.assert_allclose(capture.truth((len(capture.patterns) - 1) / 2).vertices, half)
+
+
+def test_the_truth_itself_scores_nothing(skin):
+    rest = np.zeros(len(skin.names))
+    capture = staged_capture(skin, rest, rest, SMALL, gray_set(256, 192))
+    view = capture.rig.cameras[0]
+    seen = look(capture.truth(0), Placed(view.camera, view.T_view_rig))
+    points, normals = np.full((2, *seen.mask.shape, 3), np.nan)
+    points[seen.mask], normals[seen.mask] = seen.points, seen.normals
+    whole = np.ones(seen.mask.shape)
+    score = score_scan(LightScan(points, normals, whole, whole, whole), capture)
+    assert score.fused_mm == 0
+    assert score.fused_deg < 1e-5
+    assert score.geometry_mm > 0

@@ -1,0 +1,70 @@
+import numpy as np
+import pytest
+
+import light_scene
+from mien.errors import BadInput
+from mien.light.normals import PointLamp, gradient_normals, photometric_normals
+from mien.light.patterns import paper_set
+from mien.light.triangulate import pixel_rays
+
+RIG = light_scene.rig()
+LEFT = RIG.cameras[0]
+PATTERNS = paper_set(64, 64)
+DEPTH, NORMALS = light_scene.ball_depth(LEFT)
+SEEN = np.isfinite(DEPTH)
+
+
+def angle(found, mask):
+    return np.degrees(np.arccos(np.clip((found * NORMALS).sum(-1)[mask], -1, 1)))
+
+
+def lamp_pictures(albedo=0.5):
+    images = np.zeros((12, *DEPTH.shape))
+    world = NORMALS @ np.array(RIG.R_rig_lamps)
+    for slot in PATTERNS.of("gradient"):
+        axis = "xyz".index(PATTERNS.patterns[slot].axis)
+        images[slot] = np.where(SEEN, albedo * (1 + 2 / 3 * world[..., axis]) / 2, 0)
+    for slot in PATTERNS.of("constant", "tracking"):
+        images[slot] = np.where(SEEN, albedo, 0)
+    return images
+
+
+def test_gradients_give_normals_exactly_and_full_confidence():
+    found = gradient_normals(lamp_pictures(), PATTERNS, RIG)
+    assert angle(found.normals, SEEN).max() < 1e-4
+    np.testing.assert_allclose(found.confidence[SEEN], 1, atol=1e-9)
+    assert not found.known[~SEEN].any()
+    np.testing.assert_allclose(found.albedo[SEEN], 0.5)
+
+
+def test_where_half_the_lamps_are_hidden_confidence_falls():
+    images = lamp_pictures()
+    images[PATTERNS.of("gradient", axis="x")[0], :, :80] *= 0.5
+    confidence = gradient_normals(images, PATTERNS, RIG).confidence
+    assert confidence[:, :70][SEEN[:, :70]].mean() < 0.75 * confidence[:, 90:][SEEN[:, 90:]].mean()
+
+
+def test_a_missing_condition_is_named():
+    from dataclasses import replace
+
+    fewer = replace(PATTERNS, patterns=tuple(p for p in PATTERNS.patterns if p.axis != "z"))
+    with pytest.raises(BadInput, match="x, y and z"):
+        gradient_normals(np.ones((11, 4, 4)), fewer, RIG)
+
+
+def test_lamps_one_at_a_time_with_a_highlight_and_a_shadow():
+    rays = pixel_rays(LEFT.camera)
+    points = np.nan_to_num(rays * DEPTH[..., None])
+    places = [(-300, 0, 100), (300, 0, 100), (0, -300, 100), (0, 300, 50), (200, 200, 0), (-200, -200, 0)]
+    lamps = [PointLamp(place, 4e5, axis=(0, 0, 1.0), mu=1.0) for place in places]
+    lamps.append(PointLamp((0.2, 0.1, -1.0), 0.6, far=True))
+    images = np.stack([np.clip((lamp.light(points) * np.nan_to_num(NORMALS)).sum(-1), 0, None) for lamp in lamps]) * 0.5
+    images[0, 90:110, 70:90] += 0.5
+    images[1, 60:80] *= 0.0
+    mask = SEEN & ((NORMALS * rays).sum(-1) < -0.5)
+    found = photometric_normals(images, lamps, points, mask)
+    assert np.median(angle(found.normals, mask & found.known)) < 0.5
+    assert np.percentile(angle(found.normals, mask & found.known), 95) < 3
+    np.testing.assert_allclose(np.nanmedian(found.albedo), 0.5, rtol=0.02)
+    with pytest.raises(BadInput, match="3 lamps"):
+        photometric_normals(images[:2], lamps[:2], points, mask)

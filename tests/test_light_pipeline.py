@@ -1,0 +1,94 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mien.errors import BadInput
+from mien.experiments.light_stage import LightStageConfig, score_scan, staged_capture
+from mien.light.decode_sinusoids import DecodeConfig
+from mien.light.motion import MotionConfig
+from mien.light.patterns import gray_set, phase_set
+from mien.light.pipeline import LightConfig, decode_capture
+from mien.stage import STRANGER, SkinConfig, make_performer, make_skin
+
+SMALL = LightStageConfig(size=(216, 288), projector=(512, 384))
+COARSE = LightConfig(decode=DecodeConfig(border_px=1, window_px=6.0))
+
+
+def skin(seed, config=None):
+    return make_skin(
+        make_performer(seed, config) if config else make_performer(seed),
+        SkinConfig(levels=1, eyes_and_teeth=False),
+        seed,
+    )
+
+
+@pytest.fixture(scope="module")
+def actor():
+    return skin(3)
+
+
+@pytest.fixture(scope="module")
+def still(actor):
+    smile = expression(actor, 0.5)
+    return staged_capture(actor, smile, smile, SMALL)
+
+
+def expression(actor, amount):
+    weights = np.zeros(len(actor.names))
+    for name in ("mouthSmileLeft", "mouthSmileRight", "browInnerUp"):
+        weights[actor.names.index(name)] = amount
+    return weights
+
+
+def test_a_still_face_is_measured_better_by_both_than_by_either(still):
+    score = score_scan(decode_capture(still.images, still.patterns, still.rig, COARSE), still, COARSE)
+    assert score.fused_mm < 0.95 * score.geometry_mm
+    assert score.fused_mm < 0.15
+    assert score.fused_deg < 0.75 * score.geometry_deg
+    assert score.share > 0.6
+
+
+def test_a_person_of_another_kind_is_measured_alike():
+    other = skin(501, STRANGER)
+    smile = expression(other, 0.4)
+    capture = staged_capture(other, smile, smile, SMALL)
+    assert (
+        score_scan(decode_capture(capture.images, capture.patterns, capture.rig, COARSE), capture, COARSE).fused_mm
+        < 0.4
+    )
+
+
+def test_motion_taken_out_halves_the_normals_error(actor):
+    moving = staged_capture(actor, expression(actor, 0.4), expression(actor, 0.5), SMALL, move_mm=(6.0, 3.0, 2.0))
+    left = replace(COARSE, motion=MotionConfig(compensate=False), decode=replace(COARSE.decode, motion=False))
+    scores = [
+        score_scan(decode_capture(moving.images, moving.patterns, moving.rig, config), moving, config)
+        for config in (COARSE, left)
+    ]
+    assert scores[0].light_deg < 0.6 * scores[1].light_deg
+    assert scores[0].fused_mm < 0.7 * scores[1].fused_mm
+
+
+@pytest.mark.parametrize("patterns", [phase_set(512, 384, 4, 24.0), gray_set(512, 384)], ids=["phase", "gray"])
+def test_other_patterns_and_one_camera_with_a_projector(actor, patterns):
+    smile = expression(actor, 0.5)
+    capture = staged_capture(actor, smile, smile, SMALL, patterns)
+    for images in (capture.images, {"left": capture.images["left"]}):
+        score = score_scan(decode_capture(images, patterns, capture.rig, COARSE), capture, COARSE)
+        assert score.geometry_mm < 2.0
+        assert score.share > 0.5
+
+
+def test_pictures_of_another_rig_are_told(still):
+    swapped = {"left": still.images["right"], "right": still.images["left"]}
+    with pytest.raises(BadInput, match="swapped"):
+        decode_capture(swapped, still.patterns, still.rig, COARSE)
+    with pytest.raises(BadInput, match="another camera or mode"):
+        decode_capture({"left": still.images["left"][:, :100]}, still.patterns, still.rig, COARSE)
+    with pytest.raises(BadInput, match="11 pictures"):
+        decode_capture({"left": still.images["left"][:11]}, still.patterns, still.rig, COARSE)
+    with pytest.raises(BadInput, match="any camera"):
+        decode_capture({"top": still.images["left"]}, still.patterns, still.rig, COARSE)
+    with pytest.raises(BadInput, match="calibrated projector"):
+        decode_capture({"left": still.images["left"]}, still.patterns, replace(still.rig, projector=None), COARSE)
