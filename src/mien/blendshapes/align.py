@@ -45,6 +45,7 @@ class HeadAlignConfig:
     points: int = 3000
     """Points of the forehead that are used."""
     iterations: int = 25
+    """Of the ICP."""
 
 
 @dataclass(frozen=True)
