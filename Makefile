@@ -14,8 +14,13 @@ export OPENBLAS_NUM_THREADS ?= 1
 demo: $(STAMP)
 	$(BIN)/mien demo markers
 
-test: setup lint
-	$(BIN)/python -m pytest -n 2 --dist loadfile
+# The types are checked beside the tests: one process leaves a core idle.
+test: setup
+	$(BIN)/ruff check src tests tools benchmarks examples
+	@$(BIN)/pyright > .pyright.log 2>&1 & types=$$!; \
+	$(BIN)/python -m pytest -n 2 --dist loadfile; tests=$$?; \
+	wait $$types; types=$$?; tail -n 40 .pyright.log; rm -f .pyright.log; \
+	[ $$tests -eq 0 ] && [ $$types -eq 0 ]
 
 lint: $(STAMP)
 	$(BIN)/ruff check src tests tools benchmarks examples
