@@ -5,7 +5,7 @@ import pytest
 
 from marker_stage import motion
 from mien.clip import Markers
-from mien.takes.outliers import OutlierConfig, nearest_markers, remove_outliers
+from mien.takes.outliers import OutlierConfig, nearest_markers, remove_outliers, sudden_runs
 
 FRAMES = 240
 
@@ -66,3 +66,15 @@ def test_neighbours_are_the_nearest_and_never_oneself():
     head = np.zeros((3, 4, 3))
     head[:, :, 0] = [0, 10, 30, 100]
     assert nearest_markers(head, 2).tolist() == [[1, 2], [0, 2], [1, 0], [2, 1]]
+
+
+def test_skin_that_moves_fast_is_no_run_of_ghosts_and_a_step_is():
+    off = np.zeros((12, 3))
+    off[2:9, 0] = [3, 6, 9, 12, 9, 6, 3]
+    off[4:7, 1] = 12
+    off[8:, 2] = [6, 9, 12, 13]
+    kept = sudden_runs(off > 8, off, np.ones((12, 3), bool), 0.5)
+    assert not kept[:, 0].any()
+    np.testing.assert_array_equal(np.flatnonzero(kept[:, 1]), [4, 5, 6])
+    assert kept[9:, 2].all()
+    assert sudden_runs(off > 8, off, np.ones((12, 3), bool), 0.0)[:, 0].sum() == 3

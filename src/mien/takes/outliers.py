@@ -19,6 +19,9 @@ class OutlierConfig:
     """... and at least this far, mm."""
     of_spacing: float = 0.3
     """... and at least this share of the distance to the nearest marker: sparse markers are told less well."""
+    sudden: float = 0.5
+    """A run of wild samples must begin or end with a step of this share of its farthest: skin that moves fast takes
+    several frames, a ghost or a swapped label one. 0: any run counts."""
     neighbours: int = 8
     """Markers that predict another."""
     rounds: int = 4
@@ -69,15 +72,36 @@ def remove_outliers(markers: Markers, config: OutlierConfig = OutlierConfig()) -
     head = stabilise(markers, StabiliseConfig()).markers.positions
     neighbours = nearest_markers(head, config.neighbours)
     spacing = _spacing(head, neighbours)
+    first = prediction_error(head, neighbours, config)
     for _ in range(config.rounds):
-        off = prediction_error(np.where(wild[..., None], np.nan, head), neighbours, config)
+        rest = np.where(wild[..., None], np.nan, head)
+        off = prediction_error(rest, neighbours, config) if wild.any() else first
         worst = off / np.maximum(_threshold(off, config), config.of_spacing * spacing)
         around = worst[:, neighbours].max(axis=2)
         found = (worst > 1) & (worst >= around)
         if not found.any():
             break
         wild |= found
+    wild &= sudden_runs(wild, first, markers.seen, config.sudden)
     return Cleaned(markers.with_positions(np.where(wild[..., None], np.nan, markers.positions)), wild)
+
+
+def sudden_runs(
+    wild: Bool[np.ndarray, "frames markers"],
+    off: Float[np.ndarray, "frames markers"],
+    seen: Bool[np.ndarray, "frames markers"],
+    share: float,
+) -> Bool[np.ndarray, "frames markers"]:
+    """Samples of runs that begin or end with a step of `share` of their farthest, or at a gap or an end of the take."""
+    kept = np.zeros_like(wild)
+    for i in np.flatnonzero(wild.any(axis=0)):
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], wild[:, i], [False]]).astype(int)))
+        for begin, end in edges.reshape(-1, 2):
+            farthest = off[begin:end, i].max()
+            open_ends = begin == 0 or end == len(wild) or not (seen[begin - 1, i] and seen[end, i])
+            step = 0.0 if open_ends else max(off[begin, i] - off[begin - 1, i], off[end - 1, i] - off[end, i])
+            kept[begin:end, i] = open_ends or step >= share * farthest
+    return kept
 
 
 def nearest_markers(head: Float[np.ndarray, "frames markers 3"], count: int) -> Int[np.ndarray, "markers k"]:
