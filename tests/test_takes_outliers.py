@@ -73,8 +73,9 @@ def test_skin_that_moves_fast_is_no_run_of_ghosts_and_a_step_is():
     off[2:9, 0] = [3, 6, 9, 12, 9, 6, 3]
     off[4:7, 1] = 12
     off[8:, 2] = [6, 9, 12, 13]
-    kept = sudden_runs(off > 8, off, np.ones((12, 3), bool), 0.5)
+    kept = sudden_runs(off > 8, off, np.ones((12, 3), bool), OutlierConfig())
     assert not kept[:, 0].any()
     np.testing.assert_array_equal(np.flatnonzero(kept[:, 1]), [4, 5, 6])
     assert kept[9:, 2].all()
-    assert sudden_runs(off > 8, off, np.ones((12, 3), bool), 0.0)[:, 0].sum() == 3
+    assert sudden_runs(off > 8, off, np.ones((12, 3), bool), OutlierConfig(sudden=0.0))[:, 0].sum() == 3
+    assert sudden_runs(off > 8, 5 * off, np.ones((12, 3), bool), OutlierConfig())[:, 0].sum() == 3

@@ -22,6 +22,8 @@ class OutlierConfig:
     sudden: float = 0.5
     """A run of wild samples must begin or end with a step of this share of its farthest: skin that moves fast takes
     several frames, a ghost or a swapped label one. 0: any run counts."""
+    impossible_mm: float = 40.0
+    """... unless it goes this far, mm: no skin does, beside its neighbours; a marker that slips off creeps there."""
     neighbours: int = 8
     """Markers that predict another."""
     rounds: int = 4
@@ -82,7 +84,7 @@ def remove_outliers(markers: Markers, config: OutlierConfig = OutlierConfig()) -
         if not found.any():
             break
         wild |= found
-    wild &= sudden_runs(wild, first, markers.seen, config.sudden)
+    wild &= sudden_runs(wild, first, markers.seen, config)
     return Cleaned(markers.with_positions(np.where(wild[..., None], np.nan, markers.positions)), wild)
 
 
@@ -90,9 +92,9 @@ def sudden_runs(
     wild: Bool[np.ndarray, "frames markers"],
     off: Float[np.ndarray, "frames markers"],
     seen: Bool[np.ndarray, "frames markers"],
-    share: float,
+    config: OutlierConfig,
 ) -> Bool[np.ndarray, "frames markers"]:
-    """Samples of runs that begin or end with a step of `share` of their farthest, or at a gap or an end of the take."""
+    """Samples of runs that begin or end with a step, at a gap or at an end of the take, or go where no skin does."""
     kept = np.zeros_like(wild)
     for i in np.flatnonzero(wild.any(axis=0)):
         edges = np.flatnonzero(np.diff(np.concatenate([[False], wild[:, i], [False]]).astype(int)))
@@ -100,7 +102,7 @@ def sudden_runs(
             farthest = off[begin:end, i].max()
             open_ends = begin == 0 or end == len(wild) or not (seen[begin - 1, i] and seen[end, i])
             step = 0.0 if open_ends else max(off[begin, i] - off[begin - 1, i], off[end - 1, i] - off[end, i])
-            kept[begin:end, i] = open_ends or step >= share * farthest
+            kept[begin:end, i] = open_ends or step >= config.sudden * farthest or farthest > config.impossible_mm
     return kept
 
 
