@@ -56,7 +56,9 @@ def test_faults_of_ours_are_not_hidden(monkeypatch):
 
 
 PROGRAM = """
+import signal
 import time
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a suite run in the background would ignore it
 import mien.cli.fetch as fetch
 from mien.cli.main import main
 def wait(progress):
