@@ -4,6 +4,8 @@ import numpy as np
 
 from mien.cli.main import app
 from mien.mesh import Mesh, loop_refinement
+from mien.rig import Performance, Rig
+from mien.transforms import Transform, rotation_from_vector
 
 
 def ball() -> Mesh:
@@ -13,6 +15,24 @@ def ball() -> Mesh:
         finer = loop_refinement(faces, len(vertices))
         vertices, faces = finer.between @ vertices, finer.faces
     return Mesh(80 * vertices / np.linalg.norm(vertices, axis=1, keepdims=True), faces)
+
+
+def brows_and_cheeks() -> Rig:
+    mesh = ball()
+    up = np.clip(mesh.vertices[:, 1:2] / 80, 0, 1) * (0.0, 30.0, 0.0)
+    out = np.clip(mesh.vertices[:, :1] / 80, 0, 1) * (30.0, 0.0, 0.0)
+    return Rig(mesh, np.stack([up, out]), ("browUp", "cheekOut"))
+
+
+def nodding(rig: Rig) -> Performance:
+    """Nine frames: the first shape comes and goes while the head turns in a lab of its own."""
+    count = 9
+    phase = np.linspace(0, np.pi, count)
+    turn = rotation_from_vector(np.stack([0 * phase, 0.5 * np.cos(phase), 0 * phase], 1))
+    lab = rotation_from_vector(np.array([0.0, 2.5, 0.0]))
+    place = np.stack([900 + 20 * np.sin(phase), 1500 + 0 * phase, -300 + 0 * phase], 1)
+    weights = np.stack([np.sin(phase), 0 * phase], 1)
+    return Performance(rig, weights, Transform(lab @ turn, place), 60.0, np.ones(count, bool))
 
 
 def run(*words) -> None:

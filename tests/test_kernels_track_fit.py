@@ -4,20 +4,14 @@ import numpy as np
 import pytest
 
 import tracking_stage as stage
-from kernel_scene import matched
-from mien._kernels import track, track_fit, track_fit_twin
+from kernel_scene import face_and_depth, matched
+from mien._kernels import track_fit, track_fit_twin
 from mien.tracking.packed_basis import LEAST
 
 
 @pytest.fixture(scope="module")
 def scene():
-    """A face beside its own depth image, so that there is something to correspond."""
-    rig, model = stage.person(), stage.model()
-    frame = stage.sensed(rig, stage.named(rig, jawOpen=0.3), stage.pose((0.05, 0.1, 0), (2, 1, 4)), noise=0.5)
-    T = stage.pose()
-    points = T.apply(model.neutral.astype(float)).astype(np.float32)
-    normals = track.vertex_normals(points, model.faces)
-    return model, T, points, normals, frame.depth
+    return face_and_depth()
 
 
 def test_plane_systems_agree(scene):

@@ -1,9 +1,9 @@
 import numpy as np
 
 import light_scene
-from mien.light.fuse import NormalFusionConfig, corrected_normals, fuse, surface_normals, turned
+from mien.light.fuse import NormalFusionConfig, corrected_normals, fuse, turned
 from mien.light.normals import NormalMap
-from mien.light.triangulate import DepthMap, pixel_rays
+from mien.light.triangulate import DepthMap, pixel_rays, surface_normals
 from mien.transforms import rotation_from_vector
 
 LEFT = light_scene.rig().cameras[0]

@@ -11,6 +11,7 @@ from mien.mesh import (
     cotangent_laplacian,
     face_areas,
     face_normals,
+    grid_faces,
     mass,
     mean_edge_length,
     uniform_laplacian,
@@ -66,3 +67,13 @@ def test_vertex_normals_turn_with_the_mesh(rotation):
 def rotation():
     q, _ = np.linalg.qr(RNG.normal(size=(3, 3)))
     return q * np.sign(np.linalg.det(q))
+
+
+def test_a_grid_of_points_becomes_triangles_but_not_across_holes_and_steps():
+    y, x = np.mgrid[:2, :4].astype(float)
+    points = np.stack([x, y, 0 * x], -1)
+    np.testing.assert_array_equal(grid_faces(points[:, :2], 2.0), [[0, 2, 1], [1, 2, 3]])
+    points[:, 3, 2] = 9.0
+    assert (grid_faces(points, 2.0) % 4 < 3).all()
+    points[0, 0] = np.nan
+    np.testing.assert_array_equal(np.sort(grid_faces(points, 2.0), axis=1), [[1, 2, 5], [1, 4, 5], [2, 5, 6]])

@@ -26,28 +26,19 @@ from mien.pictures.show import (
 )
 from mien.rig import Performance, Rig
 from mien.transforms import Transform, rotation_from_vector
-from shown_things import ball
+from shown_things import ball, brows_and_cheeks, nodding
 
 QUICK = Look(supersample=1, occlusion=0, softness=0.0)
 
 
 @pytest.fixture
 def rig() -> Rig:
-    mesh = ball()
-    up = np.clip(mesh.vertices[:, 1:2] / 80, 0, 1) * (0.0, 30.0, 0.0)
-    out = np.clip(mesh.vertices[:, :1] / 80, 0, 1) * (30.0, 0.0, 0.0)
-    return Rig(mesh, np.stack([up, out]), ("browUp", "cheekOut"))
+    return brows_and_cheeks()
 
 
 @pytest.fixture
 def performance(rig) -> Performance:
-    count = 9
-    phase = np.linspace(0, np.pi, count)
-    turn = rotation_from_vector(np.stack([0 * phase, 0.5 * np.cos(phase), 0 * phase], 1))
-    lab = rotation_from_vector(np.array([0.0, 2.5, 0.0]))
-    place = np.stack([900 + 20 * np.sin(phase), 1500 + 0 * phase, -300 + 0 * phase], 1)
-    weights = np.stack([np.sin(phase), 0 * phase], 1)
-    return Performance(rig, weights, Transform(lab @ turn, place), 60.0, np.ones(count, bool))
+    return nodding(rig)
 
 
 def test_head_motion_is_about_the_mean_pose(performance):

@@ -8,8 +8,8 @@ import pytest
 import tracking_stage as stage
 from mien._kernels import track
 from mien.tracking.fit import depth_term, fit_blendshapes
-from mien.tracking.preprocess_frame import PreprocessFrameConfig, preprocess_frame
-from mien.tracking.rigid import LEVER, RigidConfig, correspond, moved
+from mien.tracking.preprocess_frame import preprocess_frame
+from mien.tracking.rigid import RigidConfig, correspond
 from mien.tracking.terms.fit_config import BlendshapeFitConfig
 
 PLAIN = BlendshapeFitConfig(robust_scale_mm=1e9, features=13.8, gaps=2.0)
@@ -17,17 +17,7 @@ PLAIN = BlendshapeFitConfig(robust_scale_mm=1e9, features=13.8, gaps=2.0)
 
 @pytest.fixture(scope="module")
 def scene():
-    rig, m = stage.person(), stage.model()
-    T = stage.pose((0.1, 0.15, 0.05), (3, 2, 1))
-    truth = stage.named(rig, jawOpen=0.35, mouthSmileLeft=0.6, browInnerUp=0.5)
-    frame, marks = stage.sensed(rig, truth, T), stage.told(rig, truth, T)
-    return m, T, truth, preprocess_frame(frame, stage.CAMERA, None, marks, PreprocessFrameConfig(radius=0))
-
-
-def turned(T, z, centre):
-    motion = z[-6:].copy()
-    motion[:3] /= LEVER
-    return moved(T, motion, centre)
+    return stage.moment()
 
 
 def matched(m, x, T, observation):
@@ -42,7 +32,7 @@ def test_the_depth_term_has_the_right_derivative(scene):
     match = matched(m, x, T, observation)
     (A, b), _, covered = depth_term(m, match, T, centre, PLAIN)
     z = np.random.default_rng(1).normal(0, 1e-2, m.shapes + 6)
-    points = turned(T, z, centre).apply(m.blend(x + z[:-6]).astype(float)).astype(np.float32)
+    points = stage.turned(T, z, centre).apply(m.blend(x + z[:-6]).astype(float)).astype(np.float32)
     (_, after), _, _ = depth_term(m, replace(match, points=points), T, centre, PLAIN)
     assert np.abs(b - A @ z - after).max() < 0.02 * np.abs(A @ z).max()
     assert 0.3 < covered < 1.0

@@ -6,37 +6,16 @@ import numpy as np
 import pytest
 
 import tracking_stage as stage
-from mien.cli.main import main
-from mien.cli.personalize import beside
-from mien.io.gltf import write_rig
-from mien.io.rgbd import read_rgbd, write_rgbd
+from mien.io.rgbd import read_rgbd
 from mien.io.rgbd.live import Replay, live_frames
 from mien.tracking.pipeline import TrackTakeConfig, track_take
 from mien.tracking.terms.fit_config import BlendshapeFitConfig
-from rgbd_study import FRAMES, played
+from rgbd_study import FRAMES, played, track_shell
 
 
 @pytest.fixture
 def shell(tmp_path, monkeypatch, capsys):
-    """A take on disk and its rig, a landmarker that was told the answers, and a way to call `mien track`."""
-    take, landmarker = stage.acted(stage.person(), stage.talk(stage.person(), FRAMES), stage.sway(FRAMES))
-    write_rgbd(tmp_path / "take", take)
-    write_rig(tmp_path / "rig.glb", stage.person())
-    stage.landmarks().save(beside(tmp_path / "rig.glb"))
-    told = dict(landmarker.answers)
-    monkeypatch.setattr("mien.cli.track.require_landmarker", lambda: None)
-    monkeypatch.setattr("mien.tracking.pipeline.FaceLandmarker", lambda mode: stage.Told(told))
-
-    def call(*words: str, rig: str = "rig.glb") -> str:
-        place = ["track", str(tmp_path / "take"), "--rig", str(tmp_path / rig), "-o", str(tmp_path / "perf.glb")]
-        with pytest.raises(SystemExit) as stop:
-            main([*place, *words])
-        assert stop.value.code == 2
-        line = capsys.readouterr().err.strip().splitlines()[-1]
-        assert line.startswith("mien: ")
-        return line
-
-    return tmp_path, told, call
+    return track_shell(tmp_path, monkeypatch, capsys)
 
 
 def test_frames_that_a_live_source_missed_are_held(shell):

@@ -5,8 +5,6 @@ import pytest
 
 import tracking_stage as stage
 from mien.landmarks.on_rig import FEATURES
-from mien.tracking.preprocess_frame import PreprocessFrameConfig, preprocess_frame
-from mien.tracking.rigid import LEVER, moved
 from mien.tracking.terms.features import feature_term, gap_term, landmark_rows, normal_equations, without_head
 from mien.tracking.terms.fit_config import BlendshapeFitConfig
 
@@ -16,17 +14,7 @@ IDS = np.array(FEATURES)
 
 @pytest.fixture(scope="module")
 def scene():
-    rig, m = stage.person(), stage.model()
-    T = stage.pose((0.1, 0.15, 0.05), (3, 2, 1))
-    truth = stage.named(rig, jawOpen=0.35, mouthSmileLeft=0.6, browInnerUp=0.5)
-    frame, marks = stage.sensed(rig, truth, T), stage.told(rig, truth, T)
-    return m, T, truth, preprocess_frame(frame, stage.CAMERA, None, marks, PreprocessFrameConfig(radius=0))
-
-
-def turned(T, z, centre):
-    motion = z[-6:].copy()
-    motion[:3] /= LEVER
-    return moved(T, motion, centre)
+    return stage.moment()
 
 
 @pytest.mark.parametrize("name", ["feature", "gap"])
@@ -44,7 +32,7 @@ def test_landmark_terms_have_the_right_derivative(scene, name):
     rng = np.random.default_rng(0)
     for _ in range(4):
         z = rng.normal(0, 1e-4, m.shapes + 6)
-        _, after = term(x + z[:-6], turned(T, z, centre))
+        _, after = term(x + z[:-6], stage.turned(T, z, centre))
         tolerance = 0.02 if name == "feature" else 0.08
         assert np.abs(right - rows @ z - after).max() < tolerance * np.abs(rows @ z).max()
 

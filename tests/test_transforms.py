@@ -5,6 +5,7 @@ from mien.transforms import (
     Transform,
     quaternions_from_rotations,
     rotation_from_vector,
+    rotation_looking_along,
     rotations_from_quaternions,
     vector_from_rotation,
 )
@@ -57,3 +58,13 @@ def test_quaternions_turn_back_and_do_not_jump():
     q = quaternions_from_rotations(R)
     np.testing.assert_allclose(rotations_from_quaternions(q), R, atol=1e-12)
     assert (np.sum(q[1:] * q[:-1], axis=1) > 0).all()
+
+
+def test_a_camera_looks_along_a_direction_upright():
+    R = rotation_looking_along(np.array([0.6, 0.0, -0.8]))
+    np.testing.assert_allclose(R @ [0.6, 0.0, -0.8], [0, 0, 1], atol=1e-12)
+    np.testing.assert_allclose(R @ [0.0, 1.0, 0.0], [0, -1, 0], atol=1e-12)
+    for forward in (np.array([0.0, 1.0, 0.0]), np.array([0.0, -1.0, 0.0])):
+        R = rotation_looking_along(forward)
+        np.testing.assert_allclose(R @ R.T, np.eye(3), atol=1e-12)
+        np.testing.assert_allclose([np.linalg.det(R), *(R @ forward)], [1, 0, 0, 1], atol=1e-12)

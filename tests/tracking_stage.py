@@ -17,6 +17,8 @@ from mien.landmarks.on_rig import LandmarkMap, bundled_map
 from mien.pictures.raycast import depth_image
 from mien.rig import Rig
 from mien.tracking.model import TrackingModel, tracking_model
+from mien.tracking.preprocess_frame import PreprocessFrameConfig, preprocess_frame
+from mien.tracking.rigid import LEVER, moved
 from mien.transforms import Transform, rotation_from_vector
 
 CAMERA = Camera(262.5, 262.5, 159.5, 119.5, 320, 240)
@@ -96,3 +98,19 @@ def talk(rig: Rig, frames: int) -> np.ndarray:
 def sway(frames: int) -> list[Transform]:
     t = np.arange(frames) / 20
     return [pose((0.1 * np.sin(a), 0.2 * np.sin(0.8 * a), 0.0), (8 * np.sin(a), 0, 10 * np.sin(0.5 * a))) for a in t]
+
+
+def moment():
+    """The model, a turned head's pose, its weights, and what the tracker is given of it."""
+    rig, m = person(), model()
+    T = pose((0.1, 0.15, 0.05), (3, 2, 1))
+    truth = named(rig, jawOpen=0.35, mouthSmileLeft=0.6, browInnerUp=0.5)
+    frame, marks = sensed(rig, truth, T), told(rig, truth, T)
+    return m, T, truth, preprocess_frame(frame, CAMERA, None, marks, PreprocessFrameConfig(radius=0))
+
+
+def turned(T: Transform, z: np.ndarray, centre: np.ndarray) -> Transform:
+    """The pose after a step of the fit, whose last six unknowns are the head's."""
+    motion = z[-6:].copy()
+    motion[:3] /= LEVER
+    return moved(T, motion, centre)

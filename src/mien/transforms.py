@@ -78,6 +78,14 @@ def rotation_from_vector(vectors: Float[np.ndarray, "*batch 3"]) -> Float[np.nda
     return np.eye(3) + a * K + b * (K @ K)
 
 
+def rotation_looking_along(forward: Float[np.ndarray, " 3"]) -> Float[np.ndarray, "3 3"]:
+    """World -> camera rotation of a camera that looks along a unit vector, with +Y (else +Z) up in its picture."""
+    up = np.array([0.0, 1, 0]) if abs(forward[1]) < 0.9 else np.array([0.0, 0, 1])
+    right = np.cross(forward, up)
+    right /= np.linalg.norm(right)
+    return np.stack([right, np.cross(forward, right), forward])
+
+
 def vector_from_rotation(rotations: Float[np.ndarray, "*batch 3 3"]) -> Float[np.ndarray, "*batch 3"]:
     """Rotation matrix -> axis times angle in radians, the inverse of `rotation_from_vector`, batched."""
     flat = Rotation.from_matrix(rotations.reshape(-1, 3, 3)).as_rotvec()

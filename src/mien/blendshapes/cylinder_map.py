@@ -10,7 +10,7 @@ from scipy.ndimage import distance_transform_edt
 from ..errors import BadInput
 from ..image_space.layout import sampled
 from ..io.gltf.mesh import split_seams
-from ..mesh import Cylinder, Mesh, Scan, SurfaceImage, face_normals
+from ..mesh import Cylinder, Mesh, Scan, SurfaceImage, face_normals, grid_faces
 from ..mesh.scan_color import vertex_colours
 from ..one_line import one_line
 
@@ -143,18 +143,11 @@ def mesh_of_map(map_: CylinderMap, step: int = 1) -> Scan:
     step: every so many pixels.
     """
     positions = map_.positions[::step, ::step].astype(np.float64)
-    h, w = positions.shape[:2]
-    index = np.arange(h * w).reshape(h, w)
-    a, b, c, d = index[:-1, :-1], index[1:, :-1], index[:-1, 1:], index[1:, 1:]
-    faces = np.concatenate([np.stack(t, -1).reshape(-1, 3) for t in ((a, b, c), (c, b, d))])
+    faces = grid_faces(positions, JUMP_MM + step * map_.layout.pixel_mm)
     points = positions.reshape(-1, 3)
-    longest = JUMP_MM + step * map_.layout.pixel_mm
-    corners = points[faces]
-    sides = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
-    faces = faces[(np.nan_to_num(sides, nan=np.inf) < longest).all(1)]
     used, again = np.unique(faces, return_inverse=True)
     full_h, full_w = map_.layout.shape
-    row, column = np.divmod(used, w)
+    row, column = np.divmod(used, positions.shape[1])
     uv = np.stack([(column * step + 0.5) / full_w, 1 - (row * step + 0.5) / full_h], 1)
     texture = (np.nan_to_num(filled(map_.colors)) * 255).round().astype(np.uint8)
     return Scan(Mesh(points[used], again.reshape(-1, 3), uv), texture, map_.name)

@@ -7,15 +7,15 @@ from jaxtyping import Float
 
 from ..camera import Camera
 from ..light.disk.light_scan import LightScan
-from ..light.fuse import surface_normals
 from ..light.light_rig import LightRig, RigView
 from ..light.normals import gradient_normals
 from ..light.patterns import PatternSet, paper_set, profile
 from ..light.pipeline import LightConfig, at_one_moment, base_geometry, moment
+from ..light.triangulate import surface_normals
 from ..mesh import Mesh
 from ..stage.people.skin import Skin
 from ..stage.sensors.active_light import ActiveLightConfig, Placed, Slot, look, picture
-from ..transforms import Transform
+from ..transforms import Transform, rotation_looking_along
 
 
 @dataclass(frozen=True)
@@ -75,9 +75,7 @@ def staged_rig(
 def looking_at(eye: Float[np.ndarray, " 3"], target: Float[np.ndarray, " 3"]) -> Transform:
     """T_camera_face of a camera at `eye` that looks at `target`, upright (face space: +Y up)."""
     forward = (target - eye) / np.linalg.norm(target - eye)
-    right = np.cross(forward, [0.0, 1.0, 0.0])
-    right /= np.linalg.norm(right)
-    rotation = np.stack([right, np.cross(forward, right), forward])
+    rotation = rotation_looking_along(forward)
     return Transform(rotation, -rotation @ eye)
 
 

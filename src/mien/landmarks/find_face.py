@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
-from jaxtyping import Float, UInt8
+from jaxtyping import UInt8
 from scipy.sparse.csgraph import connected_components
 
 from ..camera import Camera
@@ -14,7 +14,7 @@ from ..mesh import Scan, adjacency, submesh
 from ..pictures.raycast import RayCaster
 from ..pictures.render import Renderer
 from ..pictures.view import View
-from ..transforms import Transform
+from ..transforms import Transform, rotation_looking_along
 from .detector import FaceLandmarker, Landmarks2D
 from .look import PLAIN, LiftConfig, lift_pixels, look, similarity_to_average
 
@@ -175,18 +175,10 @@ def _tilt_deg(seen: Landmarks2D) -> float:
 
 def _axis_rotations() -> list[np.ndarray]:
     """Camera rotations that look along the six axes."""
-    return [_looking(np.array(axis, float)) for axis in (*np.eye(3), *-np.eye(3))]
+    return [rotation_looking_along(np.array(axis, float)) for axis in (*np.eye(3), *-np.eye(3))]
 
 
 def _other_rotations() -> list[np.ndarray]:
     """... along the twelve edges and eight corners of a cube."""
     ways = [np.array(w, float) for w in product((-1, 0, 1), repeat=3) if np.count_nonzero(w) >= 2]
-    return [_looking(w / np.linalg.norm(w)) for w in ways]
-
-
-def _looking(forward: Float[np.ndarray, " 3"]) -> Float[np.ndarray, "3 3"]:
-    """World -> camera rotation that looks along `forward`, with +Y (else +Z) up."""
-    up = np.array([0.0, 1, 0]) if abs(forward[1]) < 0.9 else np.array([0.0, 0, 1])
-    right = np.cross(forward, up)
-    right /= np.linalg.norm(right)
-    return np.stack([right, np.cross(forward, right), forward])
+    return [rotation_looking_along(w / np.linalg.norm(w)) for w in ways]

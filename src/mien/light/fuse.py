@@ -9,7 +9,7 @@ from scipy import ndimage
 from ..camera import Camera
 from .integrate import STEEPEST, GridSolution, log_slopes, on_edges, solve_grid
 from .normals import NormalMap
-from .triangulate import DepthMap, pixel_rays
+from .triangulate import DepthMap, pixel_rays, surface_normals
 
 
 @dataclass(frozen=True)
@@ -72,21 +72,6 @@ def steps_nearby(z: Float[np.ndarray, "h w"], edge_mm: float) -> Bool[np.ndarray
     known = np.isfinite(z)
     high = ndimage.maximum_filter(np.where(known, z, -np.inf), 3)
     return known & (high - ndimage.minimum_filter(np.where(known, z, np.inf), 3) > edge_mm)
-
-
-def surface_normals(z: Float[np.ndarray, "h w"], camera: Camera) -> Float[np.ndarray, "h w 3"]:
-    """Unit normals of a depth map, towards the camera; by central differences, one-sided at edges, else NaN."""
-    points = pixel_rays(camera) * z[..., None]
-    tangents = []
-    for axis in (1, 0):
-        ahead, behind = np.roll(points, -1, axis), np.roll(points, 1, axis)
-        ahead = np.where(np.isfinite(ahead), ahead, points)
-        behind = np.where(np.isfinite(behind), behind, points)
-        tangents.append(ahead - behind)
-    normal = np.cross(tangents[1], tangents[0])
-    length = np.linalg.norm(normal, axis=-1, keepdims=True)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return np.where(length > 0, normal / length, np.nan)
 
 
 def corrected_normals(

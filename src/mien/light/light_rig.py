@@ -12,6 +12,7 @@ from scipy import ndimage
 from ..camera import Camera
 from ..errors import BadInput
 from ..files import existing, whole
+from ..io.rgbd.intrinsics import intrinsics_of, matrix_values
 from ..transforms import Transform
 
 UNDISTORT_ROUNDS = 20
@@ -116,20 +117,16 @@ def read_rig(path: str | Path) -> LightRig:
         lamps = np.array(told.get("R_rig_lamps", LightRig.R_rig_lamps), float)
         gamma = float(told.get("gamma", 1.0))
     except (ValueError, TypeError, KeyError, AttributeError, IndexError) as error:
-        raise BadInput(f"{path}: no calibration ({error}); make one by `mien decode calibrate`") from None
+        raise BadInput(f"{path}: no calibration ({error}); make one by `mien decode POSES/ --board 9x7x75`") from None
     if not cameras or lamps.shape != (3, 3) or not 0.2 < gamma < 5:
         raise BadInput(f"{path}: expected cameras, 3 x 3 R_rig_lamps and a gamma of 0.2 to 5")
     return LightRig(cameras, projector, tuple(tuple(row) for row in lamps.tolist()), gamma)
 
 
 def _view(view: RigView) -> dict[str, Any]:
-    c = view.camera
-    K = [c.fx, 0.0, 0.0, 0.0, c.fy, 0.0, c.cx, c.cy, 1.0]
     return {
         "name": view.name,
-        "width": c.width,
-        "height": c.height,
-        "intrinsic_matrix": K,
+        **intrinsics_of(view.camera),
         "distortion": list(view.distortion),
         "R_view_rig": np.asarray(view.T_view_rig.rotation).tolist(),
         "t_view_rig": np.asarray(view.T_view_rig.translation).tolist(),
@@ -138,11 +135,10 @@ def _view(view: RigView) -> dict[str, Any]:
 
 
 def _read_view(told: dict[str, Any]) -> RigView:
-    K = np.array(told["intrinsic_matrix"], float)
     R, t = np.array(told["R_view_rig"], float), np.array(told["t_view_rig"], float)
-    if K.shape != (9,) or R.shape != (3, 3) or t.shape != (3,) or not np.isfinite([*K, *R.ravel(), *t]).all():
-        raise ValueError("expected 9 numbers of intrinsic_matrix (by columns), R_view_rig 3 x 3, t_view_rig 3")
-    camera = Camera(K[0], K[4], K[6], K[7], int(told["width"]), int(told["height"]))
+    if R.shape != (3, 3) or t.shape != (3,) or not np.isfinite([*R.ravel(), *t]).all():
+        raise ValueError("expected R_view_rig of 3 x 3 numbers and t_view_rig of 3")
+    camera = Camera(*matrix_values(told["intrinsic_matrix"]), int(told["width"]), int(told["height"]))
     distortion = tuple(float(k) for k in told.get("distortion", (0.0,) * 5))
     if len(distortion) != 5:
         raise ValueError(f"expected 5 coefficients of distortion, got {len(distortion)}")

@@ -181,7 +181,7 @@ def read_patterns(path: str | Path) -> PatternSet:
         slots = tuple(LightPattern(**slot) for slot in told.pop("patterns"))
         made = PatternSet(slots, **told)
     except (ValueError, TypeError, KeyError, AttributeError) as error:
-        raise BadInput(f"{path}: no list of patterns ({error}); write one by `mien decode patterns`") from None
+        raise BadInput(f"{path}: no list of patterns ({error}); write one by `mien decode --show paper`") from None
     known = Kind.__args__
     odd = [p.kind for p in slots if p.kind not in known]
     if odd or not slots:

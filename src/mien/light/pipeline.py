@@ -9,12 +9,12 @@ from ..errors import BadInput
 from .decode_phase import decode_gray, decode_phase
 from .decode_sinusoids import DecodeConfig, Decoded, decode_sinusoids, structured_moment
 from .disk.light_scan import LightScan
-from .fuse import NormalFusionConfig, fuse, surface_normals
+from .fuse import NormalFusionConfig, fuse
 from .light_rig import LightRig, RigView
 from .motion import MotionConfig, compensated, slot_flow
 from .normals import NormalMap, gradient_normals
 from .patterns import PatternSet
-from .triangulate import DepthMap, TriangulateConfig, triangulate_pair, triangulate_projector
+from .triangulate import DepthMap, TriangulateConfig, surface_normals, triangulate_pair, triangulate_projector
 
 WORST_COLUMNS = 8.0
 """Median distance of points from their planes of light, projector pixels, at which a calibration is another rig's."""

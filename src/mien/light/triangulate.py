@@ -16,6 +16,8 @@ from .light_rig import RigView
 
 LEAST_FOUND = 0.1
 """Share of one camera's decoded pixels that must find their column in the other."""
+FACING_REACH = 2
+"""Pixels to either side over which a point's slope is taken."""
 PROJECTOR_ROUNDS = 3
 """How often a column is straightened again with the row that its point turned out to have."""
 
@@ -202,25 +204,32 @@ def cleaned(depth: DepthMap, camera: Camera, config: TriangulateConfig) -> Depth
 
 
 def facing(z: Float[np.ndarray, "h w"], camera: Camera) -> Float[np.ndarray, "h w"]:
-    """Cosine of the angle between the surface's normal and the line of sight, over a window of 5 pixels.
+    """Cosine of the angle between the surface's normal and the line of sight; 1 where there is no normal.
 
-    A depth map's normals are noisier than it is: slopes are taken over the window's ends, one side where the other
-    is unknown; 1 where neither is known.
+    A depth map's normals are noisier than it is, so they are taken over a window of 5 pixels.
     """
-    reach = 2
     rays = pixel_rays(camera)
-    points = rays * z[..., None]
+    normals = surface_normals(z, camera, FACING_REACH)
+    cosine = np.abs((normals * rays).sum(-1)) / np.linalg.norm(rays, axis=-1)
+    return np.where(np.isfinite(cosine), cosine, 1.0)
+
+
+def surface_normals(z: Float[np.ndarray, "h w"], camera: Camera, reach: int = 1) -> Float[np.ndarray, "h w 3"]:
+    """Unit normals of a depth map, towards the camera, from points `reach` pixels to either side.
+
+    One-sided where the other side is unknown; NaN where neither is known.
+    """
+    points = pixel_rays(camera) * z[..., None]
     tangents = []
     for axis in (1, 0):
         ahead, behind = np.roll(points, -reach, axis), np.roll(points, reach, axis)
         ahead = np.where(np.isfinite(ahead), ahead, points)
         behind = np.where(np.isfinite(behind), behind, points)
         tangents.append(ahead - behind)
-    normal = np.cross(tangents[0], tangents[1])
-    length = np.linalg.norm(normal, axis=-1) * np.linalg.norm(rays, axis=-1)
+    normal = np.cross(tangents[1], tangents[0])
+    length = np.linalg.norm(normal, axis=-1, keepdims=True)
     with np.errstate(invalid="ignore", divide="ignore"):
-        cosine = np.abs((normal * rays).sum(-1)) / length
-    return np.where(length > 0, cosine, 1.0)
+        return np.where(length > 0, normal / length, np.nan)
 
 
 def pieces(z: Float[np.ndarray, "h w"], step_mm: float) -> Float[np.ndarray, "h w"]:

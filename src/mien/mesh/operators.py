@@ -38,6 +38,19 @@ def face_normals(vertices: Float[np.ndarray, "n 3"], faces: Int[np.ndarray, "m 3
     return _unit(_face_crosses(vertices, faces))
 
 
+def grid_faces(points: Float[np.ndarray, "h w 3"], longest: float) -> Int[np.ndarray, "m 3"]:
+    """Neighbours of a grid joined by triangles, as indices into its points row by row; none with a longer edge.
+
+    A triangle whose corner is NaN is none.
+    """
+    number = np.arange(points.shape[0] * points.shape[1]).reshape(points.shape[:2])
+    a, b, c, d = number[:-1, :-1], number[1:, :-1], number[:-1, 1:], number[1:, 1:]
+    faces = np.concatenate([np.stack(corners, -1).reshape(-1, 3) for corners in ((a, b, c), (c, b, d))])
+    corners = points.reshape(-1, 3)[faces]
+    sides = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+    return faces[(np.nan_to_num(sides, nan=np.inf) < longest).all(axis=1)]
+
+
 def vertex_normals(vertices: Float[np.ndarray, "n 3"], faces: Int[np.ndarray, "m 3"]) -> Float[np.ndarray, "n 3"]:
     """Unit vertex normals, area-weighted; zero for a vertex of no triangle."""
     crosses = _face_crosses(vertices, faces)

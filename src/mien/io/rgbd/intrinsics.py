@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -12,11 +13,14 @@ from ...files import whole
 
 def write_intrinsics(path: str | Path, camera: Camera) -> None:
     """Write Open3D's PinholeCameraIntrinsic JSON (3 x 3 matrix, column by column)."""
-    matrix = [camera.fx, 0, 0, 0, camera.fy, 0, camera.cx, camera.cy, 1]
     with whole(path) as temporary:
-        temporary.write_text(
-            json.dumps({"width": camera.width, "height": camera.height, "intrinsic_matrix": matrix}, indent=1)
-        )
+        temporary.write_text(json.dumps(intrinsics_of(camera), indent=1))
+
+
+def intrinsics_of(camera: Camera) -> dict[str, Any]:
+    """What Open3D's PinholeCameraIntrinsic JSON says of a camera."""
+    matrix = [camera.fx, 0, 0, 0, camera.fy, 0, camera.cx, camera.cy, 1]
+    return {"width": camera.width, "height": camera.height, "intrinsic_matrix": matrix}
 
 
 def read_intrinsics(path: str | Path, size: tuple[int, int] | None = None) -> Camera:

@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float
 
 from ...errors import BadInput
 from ...io.exr import read_exr, write_exr
-from ...mesh import Mesh
+from ...mesh import Mesh, grid_faces
 from ...one_line import count, one_line
 
 
@@ -38,16 +38,11 @@ class LightScan:
     def mesh(self, longest_mm: float = 3.0) -> Mesh:
         """Neighbouring pixels joined by triangles, none with an edge longer than `longest_mm`; grey vertex colours."""
         known = self.known
-        number = np.where(known, np.cumsum(known).reshape(known.shape) - 1, -1)
-        a, b, c, d = number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:]
-        faces = np.concatenate([np.stack([a, c, b], -1).reshape(-1, 3), np.stack([b, c, d], -1).reshape(-1, 3)])
-        faces = faces[(faces >= 0).all(1)]
-        points = self.points[known]
-        edges = [np.linalg.norm(points[faces[:, i]] - points[faces[:, (i + 1) % 3]], axis=1) for i in range(3)]
-        faces = faces[np.max(edges, axis=0) < longest_mm] if len(faces) else faces
+        number = np.cumsum(known) - 1
+        faces = number[grid_faces(self.points, longest_mm)]
         grey = np.nan_to_num(self.albedo[known])
         shade = np.clip(grey / max(float(np.quantile(grey, 0.98)), 1e-9), 0, 1) ** (1 / 2.2) if len(grey) else grey
-        return Mesh(points, faces, colors=np.repeat(shade[:, None], 3, axis=1))
+        return Mesh(self.points[known], faces, colors=np.repeat(shade[:, None], 3, axis=1))
 
 
 CHANNELS = {"points": ("P.X", "P.Y", "P.Z"), "normals": ("N.X", "N.Y", "N.Z")}
