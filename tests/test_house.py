@@ -13,7 +13,7 @@ ROOT = Path(__file__).resolve().parent.parent
 MOST = {
     "functions > 60 lines": 0,
     "files > 300 lines": 0,
-    "expression nodes a line, pipelines, drivers and cli": 14,
+    "expression nodes a line, pipelines, drivers and cli": 0,
     "modules a folder": 0,
     "largest room": 1,
     "circles of imports": 0,

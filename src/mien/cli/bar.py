@@ -17,14 +17,22 @@ class Bar:
 
     def update(self, stage: str, done: int, total: int) -> None:
         """Move the stage's bar; the first call makes it."""
-        if stage not in self._tasks:
-            self._tasks[stage] = self._bars.add_task(stage, total=total)
-        self._bars.update(self._tasks[stage], completed=done, total=total)
+        task = self._tasks.get(stage)
+        if task is None:
+            task = self._bars.add_task(stage, total=total)
+            self._tasks[stage] = task
+        self._bars.update(task, completed=done, total=total)
 
 
 @contextmanager
 def bar() -> Iterator[Bar]:
     """A progress bar while the block runs."""
-    columns = (TextColumn("{task.description:<34}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Bars(*columns, console=Console(stderr=True)) as bars:
+    columns = [
+        TextColumn("{task.description:<34}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+    ]
+    stderr = Console(stderr=True)
+    with Bars(*columns, console=stderr) as bars:
         yield Bar(bars)

@@ -8,6 +8,8 @@ from scipy.ndimage import minimum_filter
 
 RATE = 30.0
 SECONDS = 12.0
+APART_S = 0.05
+"""Between the shades of two expressions on a chart there is twice this, seconds."""
 
 
 def demo_rgbd(folder: Path, seed: int, seconds: float | None) -> None:
@@ -64,8 +66,13 @@ def stage(seed: int, seconds: float):
 
 def spans(script) -> list[tuple[float, float, str]]:
     """The expressions as a chart shades them, a little apart."""
-    rate = script.rate
-    return [(a / rate + 0.05, b / rate - 0.05, name.removesuffix(" again")) for name, a, b in script.cues[1:]]
+    _, *expressions = script.cues
+    found = []
+    for name, start, end in expressions:
+        first = start / script.rate + APART_S
+        last = end / script.rate - APART_S
+        found.append((first, last, name.removesuffix(" again")))
+    return found
 
 
 def shown(script) -> list[int]:
@@ -97,17 +104,26 @@ def weight_errors(truth, tracked, eyes) -> tuple[float, float]:
     performance, names = tracked.performance, truth.actor.names
     found = [eyes.found.get(time) for time in sorted(eyes.found)]
     both = [i for i, marks in enumerate(found) if marks is not None and performance.tracked[i]]
-    ours = performance.weights[both][:, [performance.rig.index(name) for name in names]]
+    columns = [performance.rig.index(name) for name in names]
+    ours = performance.weights[both][:, columns]
     theirs = np.array([[found[i].scores[name] for name in names] for i in both])
-    return float(np.abs(ours - truth.weights[both]).mean()), float(np.abs(theirs - truth.weights[both]).mean())
+    true = truth.weights[both]
+    return mean_error(ours, true), mean_error(theirs, true)
+
+
+def mean_error(found: np.ndarray, true: np.ndarray) -> float:
+    """Mean absolute difference."""
+    return float(np.abs(found - true).mean())
 
 
 def add_stages(report, study, truth) -> None:
     """The paper's fig. 5: every tracker's errors, and their faces in the strongest frame of the second half."""
     from ..reports.tracking import faces_sheet
 
-    scores = {name: variant_score(study, name, truth, np.flatnonzero(truth.in_view)[::2]) for name in study.variants}
-    frame = telling(next(iter(scores.values())), truth)
+    in_view = np.flatnonzero(truth.in_view)
+    scores = {name: variant_score(study, name, truth, in_view[::2]) for name in study.variants}
+    first = next(iter(scores.values()))
+    frame = telling(first, truth)
     moved = truth.vertices(np.array([frame]))[0]
     errors = {name: expression_error(study, name, truth, frame) for name in study.variants}
     rest = np.where(face(), np.linalg.norm(moved - truth.neutral.vertices, axis=1), np.nan)
@@ -120,11 +136,17 @@ def add_stages(report, study, truth) -> None:
         f"The frame at {frame / truth.rate:.2f} s, the strongest expression of the second half. In colours: how far "
         "each vertex's displacement from rest is from the true one, mm.",
     )
-    rows = [
-        (name, f"{s.expression.mean():.3f}", f"{100 * s.ratio:.0f} %", f"{100 * s.ratio_strongest:.0f} %",
-         f"{s.surface:.3f}", f"{np.nanmean(errors[name]):.2f}")
-        for name, s in scores.items()
-    ]  # fmt: skip
+    rows = []
+    for name, score in scores.items():
+        row = (
+            name,
+            f"{score.expression.mean():.3f}",
+            f"{score.ratio:.0%}",
+            f"{score.ratio_strongest:.0%}",
+            f"{score.surface:.3f}",
+            f"{np.nanmean(errors[name]):.2f}",
+        )
+        rows.append(row)
     report.table(
         rows, ("", "expression, mm", "of frozen", "strongest tenth", "surface, mm", "this frame, mm"),
         "Frames in which the hand hides the face are left out.",
@@ -133,8 +155,11 @@ def add_stages(report, study, truth) -> None:
 
 def telling(score, truth) -> int:
     """The strongest frame of the second half with no hand near in time."""
-    clear = minimum_filter(truth.in_view, size=31)[score.frames] & (score.frames > len(truth) / 2)
-    return int(score.frames[np.argmax(np.where(clear, score.strength, -1.0))])
+    clear = minimum_filter(truth.in_view, size=31)
+    late = score.frames > len(truth) / 2
+    strength = np.where(clear[score.frames] & late, score.strength, -1.0)
+    strongest = np.argmax(strength)
+    return int(score.frames[strongest])
 
 
 def variant_score(study, name: str, truth, frames):
@@ -178,7 +203,8 @@ def add_learning(report, study, tracked, script) -> None:
     first, last = _most_learnt(study, script)
     name, start, end = first
     quarter = (end - start) // 4  # off the ends, where blinks and the next expression are
-    apex = start + quarter + int(np.nanargmax(tracked.to_anchors[start + quarter : end - quarter]))
+    middle = tracked.to_anchors[start + quarter : end - quarter]
+    apex = start + quarter + int(np.nanargmax(middle))
     moments = {
         "blendshapes alone": None,
         "known before": study.known_by(start),
@@ -197,22 +223,30 @@ def add_learning(report, study, tracked, script) -> None:
         "correctives as they were at several moments of the take. The same few correctives serve all expressions: what "
         "is learnt later takes a little from what was known.",
     )
-    rows = [
-        (cue, f"{np.nanmax(tracked.to_anchors[a:b]):.2f} mm", f"{np.nanmax(tracked.to_adaptive[a:b]):.2f} mm",
-         f"{100 * (1 - np.nanmean(tracked.to_adaptive[a:b]) / np.nanmean(tracked.to_anchors[a:b])):.0f} %")
-        for cue, a, b in script.cues
-        if np.isfinite(tracked.to_anchors[a:b]).any()
-    ]  # fmt: skip
     report.table(
-        rows, ("expression", "to the anchors, most", "to the adaptive space, most", "taken up by the correctives"),
+        list(learning_rows(script, tracked)),
+        ("expression", "to the anchors, most", "to the adaptive space, most", "taken up by the correctives"),
         "Every expression, the first time and again.",
-    )  # fmt: skip
+    )
+
+
+def learning_rows(script, tracked):
+    """A row for every expression with depth: how far from the anchors, from the adaptive space, and what was learnt."""
+    for cue, start, end in script.cues:
+        before = tracked.to_anchors[start:end]
+        after = tracked.to_adaptive[start:end]
+        if not np.isfinite(before).any():
+            continue
+        left = np.nanmean(after) / np.nanmean(before)
+        yield cue, f"{np.nanmax(before):.2f} mm", f"{np.nanmax(after):.2f} mm", f"{1 - left:.0%}"
 
 
 def off_space(study, frame: int, correctives) -> np.ndarray:
     """(n,) what the adaptive space with these correctives cannot say of a frame's final mesh, mm; NaN off the front."""
-    values = np.full(len(study.model.rig.neutral.vertices), np.nan)
-    values[study.model.front] = np.linalg.norm(study.outside(frame, correctives), axis=1)
+    model = study.model
+    values = np.full(len(model.rig.neutral.vertices), np.nan)
+    outside = study.outside(frame, correctives)
+    values[model.front] = np.linalg.norm(outside, axis=1)
     return values
 
 
@@ -223,8 +257,10 @@ def _most_learnt(study, script) -> tuple[tuple[str, int, int], int]:
     for cue in script.cues[1:]:
         _, start, end = cue
         middle = (start + end) // 2
-        before, after = (study.outside(middle, study.known_by(t)) for t in (start, last))
-        drop = float(study.model.share @ ((before**2).sum(1) - (after**2).sum(1)))
+        before = study.outside(middle, study.known_by(start))
+        after = study.outside(middle, study.known_by(last))
+        gone = (before**2).sum(1) - (after**2).sum(1)
+        drop = float(study.model.share @ gone)
         if not cue[0].endswith("again") and drop > gain:
             best, gain = cue, drop
     return best, last

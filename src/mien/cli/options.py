@@ -29,20 +29,29 @@ def verb(function: Callable[..., None]) -> Callable[..., None]:
     """
     parameters = inspect.signature(function).parameters
     hints = get_type_hints(function, include_extras=True)
-    configs = {name: p.default for name, p in parameters.items() if is_dataclass(p.default)}
-    flat = [flag for name, p in parameters.items() for flag in _flags(name, p, hints[name])]
+    configs = {}
+    flat = []
+    for name, parameter in parameters.items():
+        if is_dataclass(parameter.default):
+            configs[name] = parameter.default
+        flat += _flags(name, parameter, hints[name])
 
     def called(*args: Any, **kwargs: Any) -> None:
-        bases = {name: kwargs.pop(name, config) for name, config in configs.items()}
+        bases = {}
+        for name, config in configs.items():
+            bases[name] = kwargs.pop(name, config)
         given = signature.bind(*args, **kwargs).arguments
+        arguments = overlaid(bases, given)
         known = _GIVEN.set(frozenset(given))
         try:
-            return function(**overlaid(bases, given))
+            function(**arguments)
         finally:
             _GIVEN.reset(known)
 
     signature = inspect.Signature(flat)
-    called.__name__, called.__doc__, called.__module__ = function.__name__, function.__doc__, function.__module__
+    called.__name__ = function.__name__
+    called.__doc__ = function.__doc__
+    called.__module__ = function.__module__
     called.__annotations__ = {p.name: p.annotation for p in flat}
     setattr(called, "__signature__", signature)  # noqa: B010  (a function has none in its type)
     setattr(called, "configs", configs)  # noqa: B010
@@ -53,7 +62,8 @@ def overlaid(configs: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, 
     """Arguments of a verb: what was given, and each config with the flags that were given laid over it."""
     arguments = {}
     for name, value in given.items():
-        if name.split(JOIN)[0] not in configs:
+        first, *_ = name.split(JOIN)
+        if first not in configs:
             arguments[name] = _opened(value)
     for name, config in configs.items():
         arguments[name] = _overlay(config, name, given)
@@ -70,8 +80,14 @@ def refuse_unused(mode: str, *names: str) -> None:
     """
     for given in sorted(_GIVEN.get()):
         path = given.replace(JOIN, ".")
-        if any(path == name or path.startswith(f"{name}.") for name in names):
-            raise BadInput(f"{flag_name(given)} does nothing {mode}; leave it out")
+        if any(_stands_for(name, path) for name in names):
+            flag = flag_name(given)
+            raise BadInput(f"{flag} does nothing {mode}; leave it out")
+
+
+def _stands_for(name: str, path: str) -> bool:
+    """Whether a name is a flag's path, or a config that it lies below."""
+    return path == name or path.startswith(f"{name}.")
 
 
 def use_only(mode: str, options: Iterable[str], *used: str) -> None:
@@ -80,13 +96,16 @@ def use_only(mode: str, options: Iterable[str], *used: str) -> None:
     Raises:
         BadInput: one was given.
     """
-    refuse_unused(mode, *(name for name in options if name not in used))
+    others = [name for name in options if name not in used]
+    refuse_unused(mode, *others)
 
 
 def flag_name(parameter: str) -> str:
     """A parameter's flag: `save_attach` -> `--save-attach`, `config__solve__rounds` -> `--solve.rounds`."""
     first, *nested = parameter.split(JOIN)
-    return "--" + ".".join(default_name_transform(part) for part in (nested or [first]))
+    parts = nested or [first]
+    spelled = map(default_name_transform, parts)
+    return "--" + ".".join(spelled)
 
 
 def _flags(name: str, parameter: inspect.Parameter, hint: Any) -> Iterator[inspect.Parameter]:
@@ -96,27 +115,39 @@ def _flags(name: str, parameter: inspect.Parameter, hint: Any) -> Iterator[inspe
         return
     for path, kind, value, told in leaves(parameter.default, name):
         shown = Parameter(
-            name=[flag_name(path)], help=told, consume_multiple=True, negative_iterable=(), negative_none=()
+            name=[flag_name(path)],
+            help=told,
+            consume_multiple=True,
+            negative_iterable=(),
+            negative_none=(),
         )
-        yield inspect.Parameter(path, inspect.Parameter.KEYWORD_ONLY, default=value, annotation=Annotated[kind, shown])
+        yield inspect.Parameter(
+            path,
+            inspect.Parameter.KEYWORD_ONLY,
+            default=value,
+            annotation=Annotated[kind, shown],
+        )
 
 
 def leaves(config: Any, name: str) -> Iterator[tuple[str, Any, Any, str]]:
     """Every field below a config that is no config itself: joined name, type, value, docstring."""
-    kinds, docs = get_type_hints(type(config), include_extras=True), field_docs(type(config))
+    kinds = get_type_hints(type(config), include_extras=True)
+    docs = field_docs(type(config))
     for field in fields(config):
         value = getattr(config, field.name)
         path = f"{name}{JOIN}{field.name}"
         if is_dataclass(value):
             yield from leaves(value, path)
         else:
-            yield path, kinds[field.name], value, docs.get(field.name, "")
+            told = docs.get(field.name, "")
+            yield path, kinds[field.name], value, told
 
 
 def _overlay(config: Any, name: str, given: Mapping[str, Any]) -> Any:
     changed = {}
     for field in fields(config):
-        path, value = f"{name}{JOIN}{field.name}", getattr(config, field.name)
+        path = f"{name}{JOIN}{field.name}"
+        value = getattr(config, field.name)
         if is_dataclass(value):
             changed[field.name] = _overlay(value, path, given)
         elif path in given:
@@ -129,7 +160,8 @@ def _opened(value: Any) -> Any:
     if isinstance(value, Path):
         return value.expanduser()
     if isinstance(value, str) and value.startswith("~/"):
-        return str(Path(value).expanduser())
+        opened = Path(value).expanduser()
+        return str(opened)
     return value
 
 
@@ -137,18 +169,30 @@ def _opened(value: Any) -> Any:
 def field_docs(kind: type) -> Mapping[str, str]:
     """The string below each field of a class, on one line."""
     module = inspect.getmodule(kind)
-    classes = _classes(inspect.getsource(module)) if module else {}
-    body: Sequence[ast.stmt] = classes[kind.__name__].body if kind.__name__ in classes else ()
-    return dict(_documented(body))
+    if module is None:
+        return {}
+    text = inspect.getsource(module)
+    found = _classes(text).get(kind.__name__)
+    if found is None:
+        return {}
+    return dict(_documented(found.body))
 
 
 @cache
 def _classes(source: str) -> dict[str, ast.ClassDef]:
-    return {node.name: node for node in ast.parse(source).body if isinstance(node, ast.ClassDef)}
+    found = {}
+    for node in ast.parse(source).body:
+        if isinstance(node, ast.ClassDef):
+            found[node.name] = node
+    return found
 
 
 def _documented(body: Sequence[ast.stmt]) -> Iterator[tuple[str, str]]:
     for field, below in pairwise(body):
-        text = ast.get_docstring(ast.Module([below], []), clean=False) if isinstance(field, ast.AnnAssign) else None
-        if text and isinstance(field.target, ast.Name):
-            yield field.target.id, " ".join(text.split())
+        if not isinstance(field, ast.AnnAssign) or not isinstance(field.target, ast.Name):
+            continue
+        alone = ast.Module([below], [])
+        text = ast.get_docstring(alone, clean=False)
+        if text:
+            words = text.split()
+            yield field.target.id, " ".join(words)

@@ -40,16 +40,24 @@ def check_outputs(outputs: Mapping[str, Path | None], inputs: Iterable[Path | st
     Raises:
         BadInput: what is wrong with the first that is wrong.
     """
-    asked = {kind: path for kind, path in outputs.items() if path is not None}
-    read = [Path(path) for path in inputs if path is not None and Path(path).exists()]
-    for kind, path in asked.items():
+    read = _files(inputs)
+    places = set()
+    for kind, path in outputs.items():
+        if path is None:
+            continue
         _check_one(kind, path)
-        if path.exists() and any(path.samefile(source) for source in read):
+        if path.exists() and any(map(path.samefile, read)):
             raise BadInput(f"{path}: is read and would be overwritten; give the output another name")
-    places = [path.absolute() for path in asked.values()]
-    for path in asked.values():
-        if places.count(path.absolute()) > 1:
+        place = path.absolute()
+        if place in places:
             raise BadInput(f"{path}: two outputs have this name; give each its own")
+        places.add(place)
+
+
+def _files(inputs: Iterable[Path | str | None]) -> list[Path]:
+    """Those inputs that are there as files or folders."""
+    paths = [Path(given) for given in inputs if given is not None]
+    return [path for path in paths if path.exists()]
 
 
 def beside(output: Path, other: Path | None, suffix: str) -> Path:
@@ -63,6 +71,14 @@ def _check_one(kind: str, path: Path) -> None:
         return
     if path.is_dir():
         raise BadInput(f"{path}: is a folder; name a file")
-    if kind != ANY and path.suffix.lower() not in KINDS[kind]:
-        raise BadInput(f"{path}: {kind} is written as {' or '.join(KINDS[kind])}; name it so")
+    if kind != ANY:
+        _check_suffix(kind, path)
     writable(path)
+
+
+def _check_suffix(kind: str, path: Path) -> None:
+    suffix = path.suffix.lower()
+    if suffix in KINDS[kind]:
+        return
+    written = " or ".join(KINDS[kind])
+    raise BadInput(f"{path}: {kind} is written as {written}; name it so")

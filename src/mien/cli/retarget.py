@@ -40,10 +40,13 @@ def retarget(
     check_outputs({"an animated face": output}, inputs=[performance, to])
     given = {} if map_file is None else read_name_map(map_file)
     play = read_performance(performance)
-    if not any(name.startswith(CORRECTIVE) for name in play.rig.names):
+    own = [name for name in play.rig.names if name.startswith(CORRECTIVE)]
+    if not own:
         refuse_unused("for a performance without correctives", "correctives")
     result, note = play_on(play, to, output, given, correctives)
-    line = f"{output}: {len(result.moved)} shapes and {result.correctives} correctives on {to}{note}"
+    moved = len(result.moved)
+    line = f"{output}: {moved} shapes and {result.correctives} correctives on {to}{note}"
     if result.dropped:
-        line += f"; the target has nothing for {', '.join(result.dropped)}"
+        dropped = ", ".join(result.dropped)
+        line += f"; the target has nothing for {dropped}"
     print(line)

@@ -65,10 +65,8 @@ def select(
     else:
         existing(video)
     file = read_marker_file(existing(take), reading.units, reading.rate, markers)
-    config = SelectTakeConfig()
-    config = replace(
-        config, select=replace(config.select, tolerance=tolerance, strongest=strongest, max_frames=max_frames)
-    )
+    stop = SelectConfig(tolerance, strongest, max_frames)
+    config = replace(SelectTakeConfig(), select=stop)
     with bar() as progress:
         found = select_take(file.markers, config, progress)
         study = studied(found, progress) if spare_markers else None
@@ -92,7 +90,8 @@ def draw_sheet(path: Path, video: Path, offset: float, found: TakeSelection, rat
     from ..pictures import contact_sheet, write_png
 
     frames = found.selection.frames.tolist()
-    stills = read_stills(video, [offset + frame / rate for frame in frames])
+    times = [offset + frame / rate for frame in frames]
+    stills = read_stills(video, times)
     captions = [f"{place + 1}: frame {frame}" for place, frame in enumerate(frames)]
     write_png(path, contact_sheet(stills, captions))
 
@@ -101,9 +100,10 @@ def summary(found: TakeSelection, study) -> list[str]:
     """The lines that end a selection."""
     selection = found.selection
     reached = "reached" if selection.reached else "NOT reached; allow more with --max-frames"
+    numbers = ", ".join(map(str, selection.frames.tolist()))
     lines = [
         *curve(selection),
-        f"{len(selection.frames)} frames to scan: {', '.join(map(str, selection.frames.tolist()))}",
+        f"{len(selection.frames)} frames to scan: {numbers}",
         f"mean marker error {selection.errors[-1]:.3f} mm, {100 * selection.relative[-1]:.3f} % of the diagonal "
         f"{selection.diagonal:.0f} mm (tolerance {100 * selection.tolerance:g} %); strongest tenth "
         f"{selection.strongest[-1]:.0%} (tolerance {selection.strongest_tolerance:.0%}): {reached}",
@@ -111,12 +111,18 @@ def summary(found: TakeSelection, study) -> list[str]:
     if found.left_out:
         lines.append(f"seen too seldom and left out: {', '.join(found.left_out)}")
     if study is not None:
-        half = study.markers - min(len(study.removed), study.markers // 2)
-        lines.append(
-            f"with the best {half} of {study.markers} markers the error over all of them is "
-            f"{study.errors[study.markers - half]:.3f} mm instead of {study.errors[0]:.3f} mm"
-        )
+        lines.append(spare(study))
     return lines
+
+
+def spare(study) -> str:
+    """How well half of the markers would do."""
+    removed = min(len(study.removed), study.markers // 2)
+    half = study.markers - removed
+    return (
+        f"with the best {half} of {study.markers} markers the error over all of them is "
+        f"{study.errors[removed]:.3f} mm instead of {study.errors[0]:.3f} mm"
+    )
 
 
 def curve(selection: Selection) -> list[str]:
@@ -126,6 +132,7 @@ def curve(selection: Selection) -> list[str]:
         f"{count:6d} {error:9.3f} {100 * relative:12.3f} {100 * strong:18.1f}"
         for count, (error, relative, strong) in enumerate(columns, 1)
     ]
-    met = np.flatnonzero(selection.relative < selection.tolerance)
-    alone = f"by the mean alone {met[0] + 1} would do" if len(met) else "the mean alone is not met either"
+    met = selection.relative < selection.tolerance
+    enough = np.argmax(met) + 1
+    alone = f"by the mean alone {enough} would do" if met.any() else "the mean alone is not met either"
     return ["frames  mean, mm  % of diagonal  strongest tenth, %", *rows, alone]

@@ -79,8 +79,9 @@ def solve(
     page = take_report(take.name, solved, image, notes)
     write_results(output, solved.performance, named, image, page)
     if save_attach:
-        off_face = tuple(label for label in worn.labels if label not in solved.markers.labels)
-        write_attachment(save_attach, solved.markers.labels, solved.calibration.attachment, off_face)
+        on_face = solved.markers.labels
+        off_face = tuple(label for label in worn.labels if label not in on_face)
+        write_attachment(save_attach, on_face, solved.calibration.attachment, off_face)
     for line in [*notes, *solved.lines, summary(solved)]:
         print(line)
 

@@ -15,8 +15,10 @@ from cyclopts.exceptions import (
 def usage_line(error: CycloptsError, words: list[str], verbs: Iterable[str]) -> str:
     """The fault, what was probably meant, and which help tells more."""
     verb = [words[0]] if words and words[0] in verbs else []
-    told = fault(error, verb[0] if verb else "mien", list(verbs))
-    return f"{told}; see `{' '.join(['mien', *verb, '--help'])}`"
+    name = verb[0] if verb else "mien"
+    told = fault(error, name, list(verbs))
+    help_ = " ".join(["mien", *verb, "--help"])
+    return f"{told}; see `{help_}`"
 
 
 def fault(error: CycloptsError, verb: str, verbs: list[str]) -> str:
@@ -25,17 +27,22 @@ def fault(error: CycloptsError, verb: str, verbs: list[str]) -> str:
         case UnknownCommandError(unused_tokens=[word, *_]):
             return f"{word}: no such verb{meant(word, verbs)}"
         case UnknownOptionError():
-            option = (error.token.keyword or error.token.value).split("=")[0]
-            names = [name for argument in error.argument_collection for name in argument.names if argument.parse]
+            given = error.token.keyword or error.token.value
+            option, *_ = given.split("=")
+            names = []
+            for argument in error.argument_collection:
+                names += argument.names if argument.parse else ()
             return f"{option}: no such option of {verb}{meant(option, names)}"
         case UnusedCliTokensError(unused_tokens=[word, *_]):
             return f"{word}: one word too many for {verb}"
         case MissingArgumentError(keyword=str(option)):
             return f"{option}: its value is missing"
         case MissingArgumentError() if error.argument is not None:
-            shown = error.argument.names[0]
-            positional = error.argument.field_info.kind is not error.argument.field_info.KEYWORD_ONLY
-            return f"{verb}: {shown.lstrip('-').upper() if positional else shown} is missing"
+            option = error.argument.names[0]
+            field = error.argument.field_info
+            word = option.lstrip("-").upper()
+            shown = option if field.kind is field.KEYWORD_ONLY else word
+            return f"{verb}: {shown} is missing"
         case _:
             told = one_line(str(error)).rstrip(".")
             return f"{told[:1].lower()}{told[1:]}"

@@ -38,7 +38,9 @@ def coarse_to_fine(
         start = np.zeros((h, w, 2), np.float32)
         if results:
             coarse = results[-1].flow
-            ratio = np.array([w / coarse.shape[1], h / coarse.shape[0]], np.float32)
+            height, width, _ = coarse.shape
+            ratio = np.array([w / width, h / height], np.float32)
             start = enlarge(coarse, (h, w)) * ratio
-        results.append(solve(level, start))
+        found = solve(level, start)
+        results.append(found)
     return results

@@ -25,6 +25,9 @@ from .left_out import LeftOutConfig, LeftOutError, leave_markers_out, left_out_d
 from .personalise_shapes import PersonaliseConfig, personalise_shapes, shape_corrections, spline
 from .plausibility import Fit, doubts
 
+WARM_ROUNDS = 2
+"""Gauss-Newton rounds of a solve that starts from the one before the shapes were bent."""
+
 
 @dataclass(frozen=True)
 class TakeConfig:
@@ -100,14 +103,17 @@ def solve_take(
         calibration = calibrate_by_hand(positions, face, here, depth.metric, config.calibrate)
     on_face = cleaned.markers.only(calibration.kept)
     positions = positions[:, calibration.kept]
-    start = stabilised.T_lab_head @ calibration.T_face_head.inverse()
+    T_head_face = calibration.T_face_head.inverse()
+    start = stabilised.T_lab_head @ T_head_face
     lab = stabilised.T_lab_head.apply(positions)
     metric = depth.in_face_space(start)
     S = spline(calibration.rig.neutral, calibration.attachment, face.parts["skin"], config.personalise)
-    calibration = replace(calibration, rig=fit_neutral_to_markers(calibration, face, S))
+    rested = fit_neutral_to_markers(calibration, face, S)
+    calibration = replace(calibration, rig=rested)
     personal, solved = _solve_and_personalise(lab, start, rate, calibration, S, metric, config, progress)
     unbent = marker_model(calibration.rig, calibration.attachment, calibration.standoff)
     left_out = leave_markers_out(unbent, lab, solved.T_lab_face, metric, config.solve, config.left_out)
+    lines = _lines(found, cleaned, calibration, config)
     performance = Performance(
         rig=personal.rig,
         weights=solved.weights,
@@ -118,7 +124,7 @@ def solve_take(
     return TakeSolve(
         performance=performance,
         markers=on_face,
-        lines=(*_lines(found, cleaned, calibration, config), *left_out_doubt(left_out, config.left_out)),
+        lines=lines + left_out_doubt(left_out, config.left_out),
         calibration=personal,
         T_lab_face=solved.T_lab_face,
         residuals=solved.residuals,
@@ -131,31 +137,43 @@ def solve_take(
 def _lines(found: FaceMarkers, cleaned: Cleaned, calibration: Calibration, config: TakeConfig) -> tuple[str, ...]:
     """What whoever runs the job should know."""
     fit = Fit(calibration.shape_mm, np.inf, 0.0, calibration.alignment_margin)
-    lines = [*found.lines, cleaned.line(), off_face_line(cleaned.markers.labels, calibration.kept)]
-    lines.append(calibration.neutral.line(cleaned.markers.rate))
-    return (*(line for line in lines if line), *doubts(fit, config.calibrate.plausibility))
+    markers = cleaned.markers
+    lines = [
+        *found.lines,
+        cleaned.line(),
+        off_face_line(markers.labels, calibration.kept),
+        calibration.neutral.line(markers.rate),
+        *doubts(fit, config.calibrate.plausibility),
+    ]
+    return tuple(line for line in lines if line)
 
 
 def off_face_line(labels: tuple[str, ...], kept: Int[np.ndarray, " kept"]) -> str:
     """Which markers are worn off the face; empty where none is."""
-    off = np.setdiff1d(np.arange(len(labels)), kept)
+    everyone = np.arange(len(labels))
+    off = np.setdiff1d(everyone, kept)
     if not len(off):
         return ""
-    return f"worn off the face, of use for the head's pose alone: {named_markers(labels, off)}"
+    named = named_markers(labels, off)
+    return f"worn off the face, of use for the head's pose alone: {named}"
 
 
 def _solve_and_personalise(
     lab, T_lab_face, rate, calibration: Calibration, S: np.ndarray, metric, config: TakeConfig, progress: Progress
 ) -> tuple[Calibration, FrameSolve]:
     """Solve every frame, bend the shapes by what is left, and again."""
-    rounds, solving, warm = config.personalise_rounds, config.solve, None
+    rounds = config.personalise_rounds
+    solving = config.solve
+    warm = None
     for number in range(rounds + 1):
         model = marker_model(calibration.rig, calibration.attachment, calibration.standoff)
         solved = solve_frames(model, lab, T_lab_face, rate, metric, solving, warm)
         progress.update("solving frames", number + 1, rounds + 1)
         if number == rounds:
             break
-        T_lab_face, warm, solving = solved.T_lab_face, solved.weights, replace(config.solve, rounds=2)
+        T_lab_face = solved.T_lab_face
+        warm = solved.weights
+        solving = replace(config.solve, rounds=WARM_ROUNDS)
         targets = T_lab_face.inverse().apply(lab)
         used = solved.used & solved.tracked[:, None]
         neutral, shapes = shape_corrections(model, solved.weights, targets, used, rate, config.personalise)
@@ -168,5 +186,8 @@ def fit_neutral_to_markers(calibration: Calibration, face: BundledFace, S: np.nd
     """The person with the calm frame's markers met by the neutral face, so that no expression has to."""
     model = marker_model(calibration.rig, calibration.attachment, calibration.standoff)
     neutral = calibration.rig.neutral
-    vertices = neutral.vertices + S @ (calibration.neutral_markers - model.neutral)
-    return calibration.rig.with_shapes(neutral.with_vertices(vertices), face.fitted_deltas(vertices))
+    missing = calibration.neutral_markers - model.neutral
+    vertices = neutral.vertices + S @ missing
+    met = neutral.with_vertices(vertices)
+    deltas = face.fitted_deltas(vertices)
+    return calibration.rig.with_shapes(met, deltas)

@@ -110,10 +110,11 @@ def personalize(
     rig = transfer_rig(expressions, neutral.mesh)
     landmarks = own_landmarks(rig, generic, scanned, neutral.T_scan_face, found, take.camera)
     home = neutral.T_scan_face.inverse()
+    merged_scan = home.apply(scanned.scan.vertices)
     return Personal(
         rig=rig,
         landmarks=landmarks,
-        scan=scanned.scan.with_vertices(home.apply(scanned.scan.vertices)),
+        scan=scanned.scan.with_vertices(merged_scan),
         neutral=neutral,
         frame_distance=scanned.frame_distance,
         merged=sum(pose is not None for pose in scanned.T_camera_face),
@@ -130,7 +131,8 @@ def landmarks_on_scan(
         if pose is None or frame.depth is None:
             continue
         in_camera = lifted(frame.depth, landmarks, camera)
-        places.append(pose.inverse().apply(in_camera))
+        T_scan_camera = pose.inverse()
+        places.append(T_scan_camera.apply(in_camera))
     return _median(np.stack(places))
 
 
@@ -146,20 +148,26 @@ def own_landmarks(
     apart = max(len(placed) // VIEWS, 1)
     seen = []
     for pose, marks in placed[::apart]:
-        image = depth_image(rig.neutral, camera, pose @ T_scan_face)
-        seen.append(lift(marks.points, image, rig.neutral))
+        T_camera_face = pose @ T_scan_face
+        image = depth_image(rig.neutral, camera, T_camera_face)
+        lifted_marks = lift(marks.points, image, rig.neutral)
+        seen.append(lifted_marks)
     points = _median(np.stack(seen))
     start = feature_points(generic, rig.neutral)
     points = np.where(np.isfinite(points), points, start)
     inner = [*UPPER_INNER_LIP, *LOWER_INNER_LIP]
     points[inner] = start[inner]
-    known = generic.known & np.isfinite(points[:, 0])
-    return attach_landmarks(rig.neutral, np.nan_to_num(points), known)
+    found_here = np.isfinite(points[:, 0])
+    known = generic.known & found_here
+    points = np.nan_to_num(points)
+    return attach_landmarks(rig.neutral, points, known)
 
 
 def _median(places: np.ndarray) -> np.ndarray:
     """Median over the first axis of (frames, 478, 3), leaving NaN out; NaN where there is nothing else."""
-    known = np.isfinite(places[..., 0]).any(0)
+    finite = np.isfinite(places[..., 0])
+    known = finite.any(0)
     out = np.full(places.shape[1:], np.nan)
-    out[known] = np.nanmedian(places[:, known], axis=0)
+    seen = places[:, known]
+    out[known] = np.nanmedian(seen, axis=0)
     return out
