@@ -1,5 +1,6 @@
 """The house keeps the limits that it meets, and what stands over the others only shrinks."""
 
+import importlib
 import importlib.util
 import re
 import sys
@@ -26,15 +27,15 @@ OF_OTHER_PROGRAMS = {"--help", "--kind", "--only", "--orders", "--seeds", "--sec
 """Flags in the docs that are benchmarks' or every program's own."""
 
 
-def house():
-    spec = importlib.util.spec_from_file_location("house", ROOT / "tools" / "house.py")
+def tool(name):
+    spec = importlib.util.spec_from_file_location(name, ROOT / "tools" / f"{name}.py")
     module = importlib.util.module_from_spec(spec)
-    sys.modules["house"] = module
+    sys.modules[name] = module
     spec.loader.exec_module(module)
     return module
 
 
-@pytest.mark.parametrize("limit", house().limits(), ids=lambda limit: limit.what)
+@pytest.mark.parametrize("limit", tool("house").limits(), ids=lambda limit: limit.what)
 def test_no_more_stands_over_a_limit_than_did(limit):
     assert len(limit.over) <= MOST[limit.what], "\n".join(limit.over)
 
@@ -47,3 +48,13 @@ def test_flags_in_the_docs_exist():
     for page in pages:
         written = set(re.findall(r"(?<![\w-])--[a-z][a-z0-9.-]*", page.read_text()))
         assert written <= known, f"{page.name}: {', '.join(sorted(written - known))}"
+
+
+def test_every_step_that_can_be_switched_off_stands_where_the_list_says_and_has_tests():
+    mutants = tool("mutants")
+    for line in mutants.steps():
+        module, _, step = line.partition(" = ")[0].partition(":")
+        owner, _, member = step.partition(".")
+        found = getattr(importlib.import_module(f"mien.{module}"), owner)
+        assert not member or hasattr(found, member) or member in found.__dataclass_fields__, line
+        assert mutants.test_files(line), f"no tests: {line}"

@@ -20,13 +20,17 @@ def pytest_configure() -> None:
 
 
 def switch_off(line: str) -> None:
-    """`module:function = expression` or `module:Class.field = value`, in terms of `switched` below."""
+    """`module:function = expression`, the same of a method, or `module:Class.field = value`; see `switched` below."""
     place, _, off = (part.strip() for part in line.partition(" = "))
     module_name, _, name = place.partition(":")
     module = importlib.import_module(f"mien.{module_name}")
     if "." in name:
-        kind, field = name.split(".")
-        set_field(getattr(module, kind), field, eval(off))
+        owner, member = name.split(".")
+        kind = getattr(module, owner)
+        if inspect.isfunction(vars(kind).get(member)):
+            setattr(kind, member, switched(getattr(kind, member), off))
+        else:
+            set_field(kind, member, eval(off))
         return
     original = getattr(module, name)
     new = switched(original, off)
@@ -47,7 +51,7 @@ def switched(original: Callable[..., Any], off: str) -> Callable[..., Any]:
         bound = signature.bind(*args, **kwargs)
         bound.apply_defaults()
         result = original(*args, **kwargs) if needs_result else None
-        return eval(code, {"a": bound.arguments, "r": result, "np": np, "replace": replace})
+        return eval(code, {"a": dict(bound.arguments), "r": result, "np": np, "replace": replace})
 
     return stand_in
 
