@@ -36,6 +36,7 @@ PIPELINE = {
     "retarget": "An animated face onto another rig.",
     "detail": "Wrinkles and pores from markers.",
     "decode": "Pictures of active light to detailed scans.",
+    "view": "Faces in the browser, moving.",
     "render": "Pictures, contact sheets and films.",
     "convert": "From one format to another.",
     "fetch": "Bring the landmark model.",

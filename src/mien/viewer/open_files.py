@@ -1,0 +1,59 @@
+"""Files of all kinds, opened for the page."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from ..errors import BadInput
+from ..files import existing
+from ..io.gltf import read_performance, read_rig
+from ..io.gltf.glb import open_glb
+from ..io.markers import read_markers
+from ..io.meshes import read_scan
+from ..io.rigs import read_any_rig
+from ..mesh import Scan
+from ..rig import Performance, Rig
+from .studio_scene import Film, Shown
+
+TAKES = (".c3d", ".trc", ".csv")
+SCANS = (".ply", ".obj", ".stl")
+GLTF = (".glb", ".gltf", ".vrm")
+FILMS = (".mp4", ".webm", ".mov", ".m4v")
+
+
+def gather(files: Sequence[Path], units: str | None = None) -> tuple[list[Shown], list[Film]]:
+    """Everything that is to be shown, by its suffix.
+
+    Raises:
+        BadInput: missing, of no kind that is known, or what its reader raises.
+    """
+    shown, films = [], []
+    for file in map(existing, files):
+        suffix = file.suffix.lower()
+        if suffix in FILMS:
+            films.append(Film(file.name, file))
+        elif suffix in TAKES:
+            shown.append(Shown(file.name, read_markers(file, units), file))
+        else:
+            shown.append(Shown(file.name, open_face(file, units), file))
+    return shown, films
+
+
+def open_face(file: Path, units: str | None = None) -> Performance | Rig | Scan:
+    """A `.glb` with animation as Performance, with morph targets alone as Rig, a folder as Rig, all else as Scan.
+
+    Raises:
+        BadInput: of no kind that is known, or what its reader raises.
+    """
+    suffix = file.suffix.lower()
+    if file.is_dir():
+        return read_any_rig(file, units)
+    if suffix in GLTF:
+        content = open_glb(file).json
+        parts = [part for mesh in content.get("meshes", []) for part in mesh.get("primitives", [])]
+        if not any("targets" in part for part in parts):
+            return read_scan(file, units)
+        return read_performance(file) if content.get("animations") else read_rig(file)
+    if suffix in SCANS:
+        return read_scan(file, units)
+    known = ", ".join((*GLTF, *SCANS, *TAKES, *FILMS))
+    raise BadInput(f"{file}: is nothing that can be shown; give one of {known}")

@@ -1,0 +1,44 @@
+"""What the page talks to: the scene, its files, and what is corrected there."""
+
+import threading
+from collections.abc import Sequence
+
+from .server import MIMES, Answer, PageServer, Routes, open_server
+from .studio_scene import Film, Shown, pack_scene
+
+
+class Studio:
+    """Things to be shown and the routes of their page."""
+
+    def __init__(self, shown: Sequence[Shown], films: Sequence[Film] = ()):
+        self.shown, self.films = tuple(shown), tuple(films)
+        self._packed: bytes | None = None
+        self._lock = threading.Lock()
+
+    def scene(self) -> bytes:
+        """The scene file, packed once."""
+        with self._lock:
+            if self._packed is None:
+                self._packed = pack_scene(self.shown, self.films)
+            return self._packed
+
+    def routes(self) -> Routes:
+        """What the page can ask for."""
+        routes = Routes()
+        routes.get["/scene.bin"] = lambda _: Answer(self.scene())
+        for i, film in enumerate(self.films):
+            routes.get[f"/media/{i}{film.path.suffix}"] = lambda _, film=film: Answer(
+                film.path.read_bytes(), MIMES.get(film.path.suffix.lower(), "video/mp4")
+            )
+        return routes
+
+    def open(self, host: str, port: int | None = None) -> PageServer:
+        """Serve the page from a thread of its own.
+
+        Raises:
+            BadInput: as `open_server`.
+        """
+        self.scene()
+        server = open_server(self.routes(), host, port)
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        return server

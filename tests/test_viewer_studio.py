@@ -1,0 +1,140 @@
+"""The page in a real browser: what its GPU finds against what the library finds."""
+
+import base64
+import io
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from browser import browser, page_at
+from mien.faces import load_face
+from mien.mesh import vertex_normals
+from mien.pictures import Renderer, frontal_camera
+from mien.pictures.show import rig_look
+from mien.viewer.gpu_face import refined
+from mien.viewer.page_files import export_page
+from mien.viewer.studio import Studio
+from mien.viewer.studio_scene import Shown
+from studio_things import nodding
+
+FRAME = 12
+SIZE = 480
+
+
+@pytest.fixture(scope="module")
+def performance():
+    return nodding()
+
+
+@pytest.fixture(scope="module")
+def chromium():
+    with browser() as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def studio(performance):
+    return Studio([Shown("perf.glb", performance)])
+
+
+@pytest.fixture(scope="module")
+def page(chromium, studio):
+    server = studio.open("127.0.0.1")
+    yield page_at(chromium, server.address)
+    server.shutdown()
+    server.server_close()
+
+
+def read(page, what, count):
+    found = page.evaluate(f"(() => {{ const s = window.studio; s.stage.draw(); return Array.from({what}); }})()")
+    return np.array(found).reshape(count, 3)
+
+
+def test_places_and_normals_are_the_librarys(page, performance):
+    page.evaluate(f"studio.clock.seek({FRAME})")
+    rig = performance.rig
+    coarse = read(page, "s.current.face.read(s.stage.renderer)", len(rig.neutral.vertices))
+    expected = rig.vertices(performance.weights[FRAME])
+    np.testing.assert_allclose(coarse, expected, atol=5e-3)
+    fine = refined(rig.neutral)
+    smooth = fine.matrix @ expected
+    np.testing.assert_allclose(
+        read(page, "s.current.face.read(s.stage.renderer, true)", len(smooth)), smooth, atol=5e-3
+    )
+    normals = read(page, "s.current.face.readNormals(s.stage.renderer)", len(smooth))
+    along = (normals * vertex_normals(smooth, fine.mesh.faces)).sum(axis=1)
+    assert np.quantile(along, 0.001) > 0.999
+
+
+def test_the_picture_is_the_cpus(page, performance):
+    """Mean difference over the picture below 2 of 255 levels, 98 of 100 pixels within 12: the shadow's filter, the
+    iris and the edges' antialiasing differ."""
+    rig = performance.rig
+    view = frontal_camera(rig.neutral, SIZE, yaw=0.3)
+    camera, T = view
+    turn = np.eye(4)
+    turn[:3, :3], turn[:3, 3] = T.rotation, T.translation
+    place = np.linalg.inv(np.diag([1.0, -1, -1, 1]) @ turn)
+    near, far = 10.0, 5000.0
+    lens = np.zeros((4, 4))
+    lens[0, 0], lens[1, 1], lens[3, 2] = 2 * camera.fx / SIZE, 2 * camera.fy / SIZE, -1
+    lens[2, 2:] = -(far + near) / (far - near), -2 * far * near / (far - near)
+    fixed = {"matrix": place.T.ravel().tolist(), "projection": lens.T.ravel().tolist()}
+    page.evaluate(
+        """([fixed, size, frame]) => { const s = studio; s.stage.fixed = fixed; s.stage.size = [size, size];
+        s.stillHead = true; s.clock.seek(frame); s.stage.draw(); }""",
+        [fixed, SIZE, FRAME],
+    )
+    shot = page.evaluate("studio.stage.renderer.domElement.toDataURL()")
+    page.evaluate("studio.stage.fixed = null; studio.stage.size = null; studio.stillHead = false; studio.show()")
+    drawn = np.asarray(Image.open(io.BytesIO(base64.b64decode(shot.split(",")[1]))).convert("RGB")).astype(int)
+    vertices = rig.vertices(performance.weights[FRAME])
+    expected = Renderer(rig.neutral, rig_look(rig.neutral)).draw(camera, T, vertices=vertices).astype(int)
+    off = np.abs(drawn - expected).max(axis=2)
+    print(f"mean {off.mean():.2f} levels, within 12: {(off <= 12).mean():.4f}")
+    assert off.mean() < 2
+    assert (off <= 12).mean() > 0.98
+
+
+def test_time_is_scrubbed_and_played(page, performance):
+    box = page.locator("#curves").bounding_box()
+    page.mouse.click(box["x"] + box["width"] / 2, box["y"] + 20)
+    assert page.evaluate("studio.clock.frame") == (len(performance) - 1) // 2
+    page.click("#play")
+    page.wait_for_function(f"studio.clock.frame > {(len(performance) - 1) // 2 + 3}")
+    page.keyboard.press("Space")
+    page.click("#play") if page.evaluate("studio.clock.playing") else None
+    assert not page.evaluate("studio.clock.playing")
+
+
+def test_a_slider_moves_its_shape(page):
+    rig = load_face().rig
+    k = rig.index("cheekPuff")
+    before = read(page, "s.current.face.read(s.stage.renderer)", len(rig.neutral.vertices))
+    page.locator('input[data-shape="cheekPuff"]').fill("0.8")
+    after = read(page, "s.current.face.read(s.stage.renderer)", len(rig.neutral.vertices))
+    np.testing.assert_allclose(after - before, 0.8 * rig.deltas[k], atol=5e-3)
+
+
+def test_a_frame_is_a_few_hundred_bytes(page):
+    cost = page.evaluate("studio.cost")
+    print(cost)
+    assert cost["frame_bytes"] <= 1000
+
+
+def test_a_written_page_needs_no_server(chromium, studio, tmp_path):
+    export_page(tmp_path / "page", studio.scene())
+    page = page_at(chromium, (tmp_path / "page" / "index.html").as_uri())
+    assert page.evaluate("studio.clock.duration") == pytest.approx(1.0)
+    page.close()
+
+
+def test_a_page_of_another_run_says_so(chromium, studio):
+    server = studio.open("127.0.0.1")
+    page = chromium.new_page()
+    page.goto(server.address[:-3] + "abc")
+    assert "another run" in page.inner_text("body")
+    page.close()
+    server.shutdown()
+    server.server_close()

@@ -1,0 +1,132 @@
+// The studio's page: loads the scene, makes a face of each thing, and lets them be played and looked at.
+import * as THREE from "three";
+import { Clock } from "./clock.js";
+import { button, choice, heading, make, row, save, toggle } from "./dom.js";
+import { GpuFace } from "./gpu_face.js";
+import { Motion } from "./motion.js";
+import { filmOf, MarkerCloud } from "./overlays.js";
+import { address } from "./remote.js";
+import { loadScene } from "./scene_file.js";
+import { Sliders } from "./sliders.js";
+import { PRESETS, Stage } from "./stage.js";
+import { Timeline } from "./timeline.js";
+
+const told = document.getElementById("told");
+const began = performance.now();
+
+function paletteOf(file) {
+  const colours = file.array(file.header.palette), count = colours.length / 3, data = new Uint8Array(4 * count);
+  for (let i = 0; i < count; i++) for (let d = 0; d < 4; d++) data[4 * i + d] = d < 3 ? Math.round(255 * colours[3 * i + d]) : 255;
+  const texture = new THREE.DataTexture(data, count, 1);
+  texture.minFilter = texture.magFilter = THREE.LinearFilter;
+  texture.needsUpdate = true;
+  return texture;
+}
+
+class Studio {
+  constructor(file) {
+    const { header } = file, decoded = performance.now();
+    this.stage = new Stage(document.getElementById("canvas"));
+    const palette = paletteOf(file);
+    this.shown = header.faces.map((one) => {
+      const face = new GpuFace(one, file, palette), motion = one.motion && new Motion(one.motion, file);
+      return { name: one.name, face, motion, view: this.stage.add(face), weights: new Float32Array(one.names.length), held: new Map() };
+    });
+    this.current = this.shown[0];
+    const moving = this.shown.filter((one) => one.motion);
+    const duration = Math.max(0, ...moving.map(({ motion }) => (motion.frames - 1) / motion.rate));
+    this.clock = new Clock(duration, moving[0]?.motion.rate ?? 30);
+    this.chosen = new Set();
+    this.pose = new THREE.Matrix4();
+    this.stillHead = false;
+    this.clouds = header.markers.map((one) => new MarkerCloud(one, file));
+    for (const cloud of this.clouds) this.current.view.scene.add(cloud.points);
+    this.compare();
+    this.page(header);
+    this.clock.listen(() => this.show());
+    this.stage.frame("front");
+    this.clock.set(0);
+    this.stage.draw();
+    this.stage.renderer.getContext().finish();
+    this.cost = { decode_ms: decoded - began, start_ms: performance.now() - began, frame_bytes: Math.max(0, ...moving.map(({ motion }) => 4 * (motion.shapes + 7))) };
+    told.textContent = `${this.current.face.told.fine.toLocaleString("en")} vertices, ${this.current.face.names.length} shapes; started in ${(this.cost.start_ms / 1000).toFixed(1)} s, ${this.cost.frame_bytes} bytes a frame`;
+  }
+
+  // Two faces of the same vertices can be coloured by how far apart they are, one alone by how far it moved.
+  compare() {
+    for (const one of this.shown) {
+      const other = this.shown.find((face) => face !== one && face.face.told.fine === one.face.told.fine);
+      one.face.uniforms.others.value = (other ? other.face.finer.target : one.face.still).texture;
+      this.compared = Boolean(other);
+    }
+  }
+
+  page(header) {
+    document.getElementById("names").replaceChildren(...this.shown.map(({ name }) => make("span", { textContent: name })));
+    document.title = `${this.shown.map(({ name }) => name).join(", ")}: mien`;
+    const panel = document.getElementById("panel"), every = (change) => (value) => { for (const one of this.shown) change(one, value); this.stage.touch(); };
+    const uniform = (name) => every(({ face }, value) => { face.uniforms[name].value = value; });
+    panel.append(heading("Look"), row(...Object.keys(PRESETS).map((name) => button(name, () => this.stage.frame(name)))));
+    const surface = choice("surface", [["0", "colours"], ["1", "clay"], ["2", this.compared ? "distance" : "movement"]], "0", (value) => { uniform("look")(value === "1" ? 1 : 0); uniform("heat")(value === "2" ? 1 : 0); limit.hidden = value !== "2"; });
+    surface.id = "surface";
+    const limit = make("input", { type: "range", min: 0.5, max: 20, step: 0.5, value: 5, hidden: true, ariaLabel: "millimetres at the top of the scale", on: { input: () => { uniform("limit")(Number(limit.value)); told.textContent = `blue 0 mm, yellow ${limit.value} mm`; } } });
+    panel.append(row(surface, toggle("wireframe", every(({ view }, value) => { view.wireframe = value; })), toggle("hold the head", (on) => { this.stillHead = on; this.show(); })), limit);
+    if (this.clouds.length) panel.append(row(toggle("markers", (on) => { for (const cloud of this.clouds) cloud.points.visible = on; this.stage.touch(); }, true)));
+    panel.append(row(button("screenshot", () => this.screenshot())));
+    if (this.shown.length > 1) panel.append(row(choice("face", this.shown.map(({ name }, i) => [i, name]), 0, (i) => this.turnTo(this.shown[i]))));
+    if (this.current.face.names.length) this.sliders = new Sliders(panel, this);
+    document.getElementById("film").append(...header.films.map((film) => filmOf({ ...film, address: address(film.address) }, this.clock)));
+    if (this.clock.duration) this.timeline = new Timeline(document.getElementById("timeline"), this);
+    else document.getElementById("timeline").hidden = true;
+    addEventListener("keydown", (event) => this.key(event));
+  }
+
+  turnTo(one) { this.current = one; this.chosen.clear(); this.sliders?.fill(); if (this.timeline) this.timeline.ranked = null; this.show(); }
+
+  key(event) {
+    if (event.target.matches("input[type=text], input[type=search], select")) return;
+    if (event.key === " ") { this.timeline?.play.press(!this.clock.playing); event.preventDefault(); }
+    if (event.key === "ArrowLeft" || event.key === "ArrowRight") {
+      if (event.target.matches("input")) return;
+      this.clock.seek(this.clock.frame + (event.key === "ArrowLeft" ? -1 : 1));
+    }
+  }
+
+  choose(k) { if (!this.chosen.delete(k)) this.chosen.add(k); this.show(); }
+
+  // A slider was moved: the shape is held there, on top of what plays.
+  moveShape(k, value) { this.current.held.set(k, value); this.clock.playing = false; this.show(); }
+
+  show() {
+    const { time } = this.clock;
+    for (const one of this.shown) {
+      const { face, motion, weights, held } = one;
+      if (motion) motion.weightsAt(time, weights);
+      for (const [k, value] of held) weights[k] = value;
+      face.setWeights(weights);
+      if (motion && !this.stillHead) face.setPose(motion.poseAt(time, this.pose)); else face.setPose(this.pose.identity());
+    }
+    for (const cloud of this.clouds) cloud.show(time);
+    this.sliders?.show(this.current.weights);
+    this.timeline?.draw();
+    this.stage.touch();
+  }
+
+  screenshot() { this.stage.touch(); this.stage.draw(); this.stage.renderer.domElement.toBlob((blob) => save("mien.png", blob)); }
+
+  run() {
+    let last = performance.now();
+    const step = (now) => {
+      this.clock.tick((now - last) / 1000);
+      last = now;
+      this.stage.draw();
+      requestAnimationFrame(step);
+    };
+    requestAnimationFrame(step);
+  }
+}
+
+loadScene(address("scene.bin")).then((file) => {
+  window.studio = new Studio(file);
+  window.studio.run();
+}).catch((fault) => { told.textContent = String(fault.message ?? fault); document.body.dataset.fault = "yes"; console.error(fault); });
