@@ -1,4 +1,5 @@
-"""The core works with none of the extras: they are made impossible to import, then everything is imported.
+"""The core works with none of the extras: they are made impossible to import, then everything is imported but what is
+one extra's alone, and which its package imports when it is called.
 
 And the public names: each is there, `import mien` brings none of them yet, and is quick.
 """
@@ -11,6 +12,7 @@ import pytest
 
 import mien
 
+OF_ONE_EXTRA = ("mien.io.usd.",)
 EXTRAS = ("mediapipe", "cv2", "rosbags", "lzfse", "viser", "pxr")
 
 PROGRAM = f"""
@@ -22,6 +24,7 @@ class Refuse:
 sys.meta_path.insert(0, Refuse())
 import mien
 names = [m.name for m in pkgutil.walk_packages(mien.__path__, "mien.") if not m.name.endswith("__main__")]
+names = [name for name in names if not name.startswith({OF_ONE_EXTRA!r})]
 for name in names:
     importlib.import_module(name)
 for name in dir(mien):
@@ -34,6 +37,7 @@ for extra, call in (
     ("mien[landmarks]", require_landmarker),
     ("mien[realsense]", lambda: mien.read_rgbd(BAG)),
     ("mien[record3d]", lambda: mien.read_rgbd(R3D)),
+    ("mien[usd]", lambda: mien.write_rig("a.usd", face.rig)),
 ):
     try:
         call()

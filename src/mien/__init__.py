@@ -17,18 +17,18 @@ if TYPE_CHECKING:  # what editors see
     from .faces.bundled import load_face as load_face
     from .fitting.register_scan import register_scan as register_scan
     from .fitting.register_scan import registered_rig as registered_rig
-    from .io.gltf import read_performance as read_performance
-    from .io.gltf import write_performance as write_performance
-    from .io.gltf import write_rig as write_rig
     from .io.livelink import read_live_link as read_live_link
     from .io.livelink import write_live_link as write_live_link
     from .io.markers import read_markers as read_markers
     from .io.markers import write_c3d as write_c3d
     from .io.meshes import read_scan as read_scan
     from .io.meshes import write_mesh as write_mesh
+    from .io.performances import read_any_performance as read_performance
+    from .io.performances import write_any_performance as write_performance
     from .io.rgbd import read_rgbd as read_rgbd
     from .io.rgbd import write_rgbd as write_rgbd
     from .io.rigs import read_any_rig as read_rig
+    from .io.rigs import write_any_rig as write_rig
     from .markers.pipeline import solve_take as solve_markers
     from .mesh import Attachment as Attachment
     from .mesh import Mesh as Mesh
@@ -62,7 +62,7 @@ _PLACES = {
     "personalize": "tracking.person.personalize",
     "read_live_link": "io.livelink",
     "read_markers": "io.markers",
-    "read_performance": "io.gltf",
+    "read_performance": "io.performances:read_any_performance",
     "read_rgbd": "io.rgbd",
     "read_rig": "io.rigs:read_any_rig",
     "read_scan": "io.meshes",
@@ -79,9 +79,9 @@ _PLACES = {
     "write_c3d": "io.markers",
     "write_live_link": "io.livelink",
     "write_mesh": "io.meshes",
-    "write_performance": "io.gltf",
+    "write_performance": "io.performances:write_any_performance",
     "write_rgbd": "io.rgbd",
-    "write_rig": "io.gltf",
+    "write_rig": "io.rigs:write_any_rig",
 }
 """Public name -> its module, and after a colon its name there where that is another."""
 

@@ -9,7 +9,6 @@ from cyclopts import Parameter
 
 from ..errors import BadInput
 from ..files import existing
-from ..io.gltf import read_performance, read_rig, write_performance, write_rig
 from ..io.livelink import read_live_link, write_live_link
 from ..io.markers import READERS as MARKERS
 from ..io.markers import read_marker_file, write_c3d
@@ -18,7 +17,9 @@ from ..io.meshes import WRITERS as MESHES
 from ..io.meshes import read_scan, write_mesh
 from ..io.meshes.sequence import write_sequence
 from ..io.name_map import read_name_map
-from ..io.rigs import GLTF, read_any_rig
+from ..io.performances import READ as FACES
+from ..io.performances import WRITTEN, read_any_performance, write_any_performance
+from ..io.rigs import read_any_rig, write_any_rig
 from .bar import bar
 from .options import use_only, verb
 from .outputs import ANY, FOLDER, check_outputs
@@ -54,9 +55,9 @@ def convert(
 ) -> None:
     """Convert a file: marker takes, performances, rigs, scans.
 
-    Marker take (.c3d .trc .csv) -> .c3d. Performance (.glb) -> Live Link Face .csv, or a folder with a mesh a frame.
-    Live Link Face .csv -> .glb. Folder of shapes, or .glb of another program -> .glb. Scan (.obj .ply .stl .glb) ->
-    .obj or .ply.
+    Marker take (.c3d .trc .csv) -> .c3d. Performance or rig (.glb .gltf .vrm .usd .usda .usdc .usdz) -> .glb or USD.
+    Performance -> Live Link Face .csv, or a folder with a mesh a frame. Live Link Face .csv -> .glb or USD. Folder of
+    shapes -> .glb or USD. Scan (.obj .ply .stl .glb) -> .obj or .ply.
 
     Parameters
     ----------
@@ -93,30 +94,30 @@ def _live_link(source: Path, output: Path, options: ConvertOptions) -> None:
         return
     from ..faces.bundled import load_face
 
-    write_performance(output, take.to_performance(load_face().rig, given))
+    write_any_performance(output, take.to_performance(load_face().rig, given))
 
 
 def _to_live_link(source: Path, output: Path, options: ConvertOptions) -> None:
-    write_live_link(output, read_performance(source))
+    write_live_link(output, read_any_performance(source, tell))
 
 
 def _to_sequence(source: Path, output: Path, options: ConvertOptions) -> None:
-    performance = read_performance(source)
+    performance = read_any_performance(source, tell)
     with bar() as progress:
         write_sequence(output, performance, f".{options.frames_as}", not options.still_head, progress)
 
 
-def _glb(source: Path, output: Path, options: ConvertOptions) -> None:
+def _face(source: Path, output: Path, options: ConvertOptions) -> None:
     try:
-        performance = read_performance(source)
+        performance = read_any_performance(source, tell)
     except BadInput:
-        write_rig(output, read_rig(source))
+        write_any_rig(output, read_any_rig(source, tell=tell))
     else:
-        write_performance(output, performance)
+        write_any_performance(output, performance)
 
 
 def _shapes(source: Path, output: Path, options: ConvertOptions) -> None:
-    write_rig(output, read_any_rig(source, options.units, tell))
+    write_any_rig(output, read_any_rig(source, options.units, tell))
 
 
 def _scan(source: Path, output: Path, options: ConvertOptions) -> None:
@@ -141,11 +142,11 @@ class Way:
 
 WAYS = (
     Way("a marker take to .c3d", MARKERS, (".c3d",), _markers, ("units", "rate", "markers")),
-    Way("a Live Link Face .csv to .glb", (".csv",), (".glb",), _live_link, ("rate", "rig", "map")),
-    Way("a performance .glb to .csv (Live Link Face)", GLTF, (".csv",), _to_live_link),
-    Way("a performance .glb to a folder (a mesh a frame)", GLTF, ("",), _to_sequence, ("frames_as", "still_head")),
-    Way("a .glb of another program to .glb", GLTF, (".glb",), _glb),
-    Way("a folder of shapes to .glb", (FOLDER,), (".glb",), _shapes, ("units",)),
+    Way("a Live Link Face .csv to .glb or .usd", (".csv",), WRITTEN, _live_link, ("rate", "rig", "map")),
+    Way("a performance (.glb, .usd) to .csv (Live Link Face)", FACES, (".csv",), _to_live_link),
+    Way("a performance to a folder (a mesh a frame)", FACES, ("",), _to_sequence, ("frames_as", "still_head")),
+    Way("a rig or performance of any program to .glb or .usd", FACES, WRITTEN, _face),
+    Way("a folder of shapes to .glb or .usd", (FOLDER,), WRITTEN, _shapes, ("units",)),
     Way("a scan to .obj or .ply", SCANS, MESHES, _scan, ("units",)),
 )
 """All ways; the first that fits is gone."""

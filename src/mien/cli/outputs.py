@@ -5,11 +5,13 @@ from pathlib import Path
 
 from ..errors import BadInput
 from ..files import writable, writable_folder
+from ..io import usd
+from ..io.performances import WRITTEN as FACES
 
 KINDS = {
-    "an animated face": (".glb",),
-    "a rig": (".glb",),
-    "a face": (".glb",),
+    "an animated face": FACES,
+    "a rig": FACES,
+    "a face": FACES,
     "a picture": (".png",),
     "a contact sheet": (".png",),
     "a picture or a film": (".png", ".mp4"),
@@ -73,6 +75,8 @@ def _check_one(kind: str, path: Path) -> None:
         raise BadInput(f"{path}: is a folder; name a file")
     if kind != ANY:
         _check_suffix(kind, path)
+    if path.suffix.lower() in usd.SUFFIXES:
+        usd.require_usd()
     writable(path)
 
 

@@ -6,9 +6,9 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from ..io.gltf import write_rig
 from ..io.meshes import write_mesh
 from ..io.rgbd import RgbdTake
+from ..io.rigs import write_any_rig
 from ..landmarks.detector import require_landmarker
 from ..takes.told_frame import told_frame
 from ..tracking.person.personalize import PersonalizeConfig
@@ -42,7 +42,7 @@ def personalize(
     take
         An RGB-D folder, a Record3D .r3d, a RealSense .bag or a video whose first second or two show the face calm.
     output
-        Where the rig goes (.glb).
+        Where the rig goes (.glb, .usd).
     scan
         Write the merged depth too (.ply).
     neutral
@@ -60,7 +60,7 @@ def personalize(
         return
     with bar() as progress:
         person = make_rig(source, config=config, progress=progress)
-    write_rig(output, person.rig)
+    write_any_rig(output, person.rig)
     person.landmarks.save(beside(output))
     if scan is not None:
         write_mesh(scan, person.scan)
@@ -75,7 +75,7 @@ def from_video(source: RgbdTake, output: Path, config: PersonalizeConfig) -> Non
     """The same without depth."""
     with bar() as progress:
         portrait = rig_from_images(source, config=config, progress=progress)
-    write_rig(output, portrait.rig)
+    write_any_rig(output, portrait.rig)
     portrait.landmarks.save(beside(output))
     print(
         f"{output}: {len(portrait.rig.names)} shapes, from colour alone; landmarks {portrait.average:.2f} mm off the "

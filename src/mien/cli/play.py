@@ -8,9 +8,9 @@ import numpy as np
 from jaxtyping import Int
 
 from ..errors import BadInput
-from ..io.gltf import write_performance
 from ..io.gltf.avatar import is_ours, write_on_avatar
 from ..io.gltf.vrm import expression_pairs
+from ..io.performances import write_any_performance
 from ..io.rigs import GLTF, read_any_rig
 from ..landmarks.face_correspondence import match_faces
 from ..rig import Performance, Rig
@@ -34,10 +34,10 @@ def play_on(
     pairs = {**expression_pairs(to, performance.rig.names), **given} if is_gltf else given
     result = retarget(performance, target, match, correctives, pairs)
     lines = list(result.notes)
-    if is_gltf and not is_ours(to):
+    if is_gltf and output.suffix.lower() == ".glb" and not is_ours(to):
         lines += write_on_avatar(to, output, result.performance, performance, pairs)
     else:
-        write_performance(output, result.performance)
+        write_any_performance(output, result.performance)
     for line in lines:
         tell(line)
     return result, note

@@ -9,7 +9,7 @@ from cyclopts import Parameter
 
 from ..errors import BadInput
 from ..files import existing, whole
-from ..io.gltf import write_rig
+from ..io.rigs import write_any_rig
 from ..landmarks.detector import require_landmarker
 from .bar import bar
 from .options import refuse_unused, verb
@@ -62,7 +62,7 @@ def register(
     scans
         .obj, .ply, .stl or .glb; or a folder of such.
     output
-        Where the face goes (.glb).
+        Where the face goes (.glb, .usd).
     density
         Rounds of subdivision of the result, each with four times the triangles: 0 for one scan, 2 for a folder.
     unit
@@ -100,7 +100,7 @@ def register_one(path: Path, output: Path, density: int, unit: str | None, repor
     source = read_scan(path, unit)
     with bar() as progress:
         found = register_scan(source, config=RegisterConfig(density=density), progress=progress)
-    write_rig(output, registered_rig(found, load_face()))
+    write_any_rig(output, registered_rig(found, load_face()))
     if report is not None:
         registration_report(source, found).write(report)
         with whole(record_beside(report)) as temporary:
@@ -149,7 +149,7 @@ def register_folder(
             constraints=by_hand, template=template, work=output.with_suffix(".work"), progress=progress,
         )  # fmt: skip
         distances = surface_distances(found)
-        write_rig(output, found.scan_rig.rig)
+        write_any_rig(output, found.scan_rig.rig)
         write_record(record_beside(output), scans_record(found, distances, markers.name))
         scans_report(place.name, found, distances, config).write(page)
     for line in [*take.warnings, *map(str, unmatched + unread), *summary(found, distances)]:

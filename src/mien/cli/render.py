@@ -10,6 +10,7 @@ from cyclopts import Parameter
 from ..blendshapes.play import textures_of
 from ..errors import BadInput
 from ..files import existing
+from ..io import usd
 from ..io.gltf import read_performance, read_rig
 from ..io.gltf.glb import open_glb
 from ..io.meshes import read_scan
@@ -79,7 +80,7 @@ def render(
     Parameters
     ----------
     file
-        A performance or rig (.glb) or a scan (.obj, .ply, .stl, .glb).
+        A performance or rig (.glb, .usd) or a scan (.obj, .ply, .stl, .glb).
     output
         The picture (.png) or film (.mp4) to write.
     frame
@@ -129,8 +130,10 @@ def way_of(thing: Performance | Rig | Scan, other: object, output: Path, frame: 
 
 
 def load(file: Path, units: str | None) -> Performance | Rig | Scan:
-    """A `.glb` with animation as Performance, with morph targets alone as Rig, all else as Scan."""
-    if existing(file).suffix.lower() == ".glb":
+    """A `.glb` or USD with animation as Performance, with blend shapes alone as Rig, all else as Scan."""
+    if existing(file).suffix.lower() in usd.SUFFIXES:
+        return usd.read_face(file)
+    if file.suffix.lower() == ".glb":
         content = open_glb(file).json
         parts = [part for mesh in content.get("meshes", []) for part in mesh.get("primitives", [])]
         if any("targets" in part for part in parts):

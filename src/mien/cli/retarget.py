@@ -5,12 +5,12 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from ..io.gltf import read_performance
 from ..io.name_map import read_name_map
+from ..io.performances import read_any_performance
 from ..rig.retarget import CORRECTIVE
 from .options import refuse_unused, verb
 from .outputs import check_outputs
-from .play import play_on
+from .play import play_on, tell
 
 
 @verb
@@ -27,11 +27,12 @@ def retarget(
     Parameters
     ----------
     performance
-        What `mien track` or `mien solve` wrote (.glb).
+        What `mien track` or `mien solve` wrote (.glb, .usd).
     to
-        The rig that is to play it (.glb, .gltf, .vrm, or a folder of OBJ or PLY); everything in its file stays.
+        The rig that is to play it (.glb, .gltf, .vrm, .usd, or a folder of OBJ or PLY). All that a glTF
+        file holds stays.
     output
-        Where the result goes (.glb).
+        Where the result goes (.glb, .usd).
     correctives
         Transfer what the blendshapes could not say too; --no-correctives leaves it out.
     map_file
@@ -39,7 +40,7 @@ def retarget(
     """
     check_outputs({"an animated face": output}, inputs=[performance, to])
     given = {} if map_file is None else read_name_map(map_file)
-    play = read_performance(performance)
+    play = read_any_performance(performance, tell)
     own = [name for name in play.rig.names if name.startswith(CORRECTIVE)]
     if not own:
         refuse_unused("for a performance without correctives", "correctives")

@@ -41,7 +41,7 @@ def rig(
     captures
         The folder.
     output
-        Where the rig goes (.glb).
+        Where the rig goes (.glb, .usd).
     arkit
         All 52 ARKit shapes: the bundled face's, transferred and pulled to the captures.
     neutral

@@ -7,8 +7,8 @@ import numpy as np
 from cyclopts import Parameter
 
 from ..files import existing
-from ..io.gltf import write_performance
 from ..io.markers import MarkerFile, read_marker_file
+from ..io.performances import write_any_performance
 from ..markers.attachment_file import write_attachment
 from ..markers.inputs import read_face, read_placement, with_neutral
 from ..markers.pipeline import TakeConfig, solve_take
@@ -45,10 +45,10 @@ def solve(
     take
         The marker take.
     output
-        Where the animated face goes (.glb).
+        Where the animated face goes (.glb, .usd).
     rig
-        Solve on this rig (.glb, ICT-FaceKit's folder, a folder of OBJ or PLY) instead of the bundled face. A rig of
-        scans (from `mien register SCANS/`) is solved by its own markers, which its record beside it knows.
+        Solve on this rig (.glb, .usd, ICT-FaceKit's folder, a folder of OBJ or PLY) instead of the bundled face. A rig
+        of scans (from `mien register SCANS/`) is solved by its own markers, which its record beside it knows.
     markers
         Solve the markers whose labels match, such as 'Actor:*' or 'face*,chin'; by default the face is found.
     neutral
@@ -88,12 +88,12 @@ def solve(
 
 def solve_on_rig_of_scans(rig: Path, name: str, file: MarkerFile, output: Path, pages: NamedPages) -> None:
     """A take on registered scans of the same person with the same markers."""
-    from ..io.gltf import read_rig
+    from ..io.rigs import read_any_rig
     from ..reports.scan_solve import scan_preview, scan_solve_report
     from ..scans.reconstruct import solve_on_scans
     from ..scans.scan_rig import read_scan_rig
 
-    scan_rig = read_scan_rig(record_beside(rig), read_rig(rig))
+    scan_rig = read_scan_rig(record_beside(rig), read_any_rig(rig))
     with bar() as progress:
         solved = solve_on_scans(file.markers, scan_rig, progress=progress)
         image = scan_preview(solved, progress)
@@ -110,7 +110,7 @@ def solve_on_rig_of_scans(rig: Path, name: str, file: MarkerFile, output: Path, 
 
 def write_results(output: Path, performance: Performance, pages: NamedPages, image: np.ndarray, page: Report) -> None:
     """The animated face and the pages beside it, all named."""
-    write_performance(output, performance)
+    write_any_performance(output, performance)
     write_png(pages.picture, image)
     page.write(pages.report)
 

@@ -7,7 +7,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from ..errors import BadInput
-from ..io.gltf import write_performance
+from ..io.performances import write_any_performance
 from ..io.rgbd import RgbdTake
 from ..io.rgbd.live import Replay, live_frames
 from ..io.rgbd.webcam import open_webcam
@@ -62,10 +62,10 @@ def track(
         An RGB-D folder, a Record3D .r3d, a RealSense .bag, a video, a folder of colour images; or the word live, for
         this computer's camera (colour alone).
     rig
-        The person's rig (.glb, from `mien personalize`). Without it the bundled average face is used: fit for a video,
-        poor for depth.
+        The person's rig (.glb or .usd, from `mien personalize`). Without it the bundled average face is used: fit for
+        a video, poor for depth.
     output
-        Where the animated face goes (.glb).
+        Where the animated face goes (.glb, .usd).
     rate
         Frames a second, instead of what the take says.
     """
@@ -84,7 +84,7 @@ def track(
     config = replace(config, live=config.live or camera)
     with bar() as progress:
         tracked = track_take(played, person, landmarks, config=config, progress=progress)
-        write_performance(output, tracked.performance)
+        write_any_performance(output, tracked.performance)
         if named:
             show(source, tracked, named, progress)
     print(summary(output, tracked, source))

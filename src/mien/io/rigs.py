@@ -1,4 +1,4 @@
-"""Rigs from files of any kind: `.glb`, or a folder of meshes that share their vertices."""
+"""Rigs from and to files of any kind: glTF, USD, a folder of meshes that share their vertices."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -9,7 +9,8 @@ from ..errors import BadInput
 from ..files import existing
 from ..mesh import Scan
 from ..rig import Rig
-from .gltf import read_rig
+from . import usd
+from .gltf import read_rig, write_rig
 from .meshes import read_scan
 from .units import UNITS
 
@@ -25,7 +26,7 @@ def _unheard(_: str) -> None:
 
 
 def read_any_rig(path: str | Path, unit: str | None = None, tell: Callable[[str], None] = _unheard) -> Rig:
-    """Read a rig from `.glb`, `.gltf` or `.vrm` (`read_rig`), or a folder of OBJ or PLY files (`read_rig_folder`).
+    """Read a rig: `.glb`, `.gltf`, `.vrm` (`gltf.read_rig`), USD, or a folder of OBJ or PLY (`read_rig_folder`).
 
     `tell` hears a line on what was assumed.
 
@@ -35,9 +36,26 @@ def read_any_rig(path: str | Path, unit: str | None = None, tell: Callable[[str]
     path = existing(path)
     if path.is_dir():
         return read_rig_folder(path, unit, tell)
+    if path.suffix.lower() in usd.SUFFIXES:
+        return usd.read_rig(path, tell)
     if path.suffix.lower() in GLTF:
         return read_rig(path)
-    raise BadInput(f"{path}: is no rig; give a .glb with morph targets or a folder of .obj or .ply, one named neutral")
+    raise BadInput(
+        f"{path}: is no rig; give a .glb or .usd with blend shapes, or a folder of .obj or .ply, one named neutral"
+    )
+
+
+def write_any_rig(path: str | Path, rig: Rig) -> None:
+    """Write a rig as its suffix says: `.glb` or USD.
+
+    Raises:
+        BadInput: another suffix, or no such folder.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix != ".glb" and suffix not in usd.SUFFIXES:
+        raise BadInput(f"{path}: a rig is written as {' or '.join(('.glb', *usd.SUFFIXES))}; name it so")
+    write = usd.write_rig if suffix in usd.SUFFIXES else write_rig
+    write(path, rig)
 
 
 def read_rig_folder(folder: str | Path, unit: str | None = None, tell: Callable[[str], None] = _unheard) -> Rig:

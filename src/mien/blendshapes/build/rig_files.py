@@ -1,4 +1,4 @@
-"""A textured rig on disk: NAME.glb, a folder of PNGs, and NAME.rig.json that says which is which."""
+"""A textured rig on disk: NAME.glb (or .usd), a folder of PNGs, and NAME.rig.json that says which is which."""
 
 import json
 from pathlib import Path
@@ -8,8 +8,8 @@ import numpy as np
 
 from ...errors import BadInput
 from ...files import existing, whole
-from ...io.gltf import read_rig, write_rig
 from ...io.meshes.images import read_image, write_image
+from ...io.rigs import read_any_rig, write_any_rig
 from .masks import TexturedRig
 
 VERSION = 1
@@ -21,14 +21,14 @@ def record_of(rig: str | Path) -> Path:
 
 
 def write_textured_rig(path: str | Path, textured: TexturedRig, notes: dict[str, Any] | None = None) -> None:
-    """Write the rig (.glb), each capture's texture, each region's mask, and the record.
+    """Write the rig, each capture's texture, each region's mask, and the record.
 
     Raises:
         BadInput: the folder does not exist.
     """
     path = Path(path)
     folder = path.with_suffix(".textures")
-    write_rig(path, textured.rig)
+    write_any_rig(path, textured.rig)
     folder.mkdir(exist_ok=True)
     captures = {}
     for k, name in enumerate(textured.captures):
@@ -56,7 +56,7 @@ def read_textured_rig(path: str | Path) -> TexturedRig | None:
     record = record_of(path)
     if not record.is_file():
         return None
-    rig = read_rig(path)
+    rig = read_any_rig(path)
     try:
         told = json.loads(record.read_text())
         captures = told["captures"]

@@ -1,0 +1,100 @@
+"""Rigs and performances as USD (`.usd`, `.usda`, `.usdc`, `.usdz`), out and in again. Needs the extra `usd`.
+
+What is written: a `SkelRoot` with one mesh, a `BlendShape` for every shape, a skeleton of one joint (`head`) that bears
+the head's pose, and a `SkelAnimation` with weights and pose at whole time codes from 0 on. Metres, +Y up, triangles
+(no subdivision), `timeCodesPerSecond` the performance's rate. Texture coordinates go corner by corner, as the rig has
+them. Blend shapes carry `normalOffsets`, and none has inbetweens.
+
+USD wants identifiers as names of prims; the rig's own names are the tokens of `skel:blendShapes`, which may be any
+text, and those are read.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from ...errors import BadInput
+from ...rig import Performance, Rig
+
+SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
+
+
+def _unheard(_: str) -> None:
+    """Nobody listens."""
+
+
+def write_rig(path: str | Path, rig: Rig) -> None:
+    """Write a rig; a texture goes beside it as `NAME.base_color.png`, for `.usdz` into the package.
+
+    Raises:
+        BadInput: the extra is missing, or the folder does not exist.
+    """
+    require_usd()
+    from .write import write_face
+
+    write_face(Path(path), rig, None)
+
+
+def write_performance(path: str | Path, performance: Performance) -> None:
+    """Write a performance: its rig, weights (in 0..1, `rig.unit_weights`) and the head's pose.
+
+    Raises:
+        ValueError: the head pose scales, or there is no frame.
+        BadInput: the extra is missing, or the folder does not exist.
+    """
+    if performance.T_world_face.scale != 1.0 or len(performance) == 0:
+        raise ValueError("T_world_face, weights: expected one rigid pose a frame and at least one frame")
+    require_usd()
+    from ...rig.unit_weights import with_unit_weights
+    from .write import write_face
+
+    unit = with_unit_weights(performance)
+    write_face(Path(path), unit.rig, unit)
+
+
+def read_rig(path: str | Path, tell: Callable[[str], None] = _unheard) -> Rig:
+    """The rig of a USD file of any program: the mesh with the most blend shapes, as it stands at rest, millimetres.
+
+    Polygons become triangles; units and up axis are the stage's. `tell` hears what is left out (inbetweens).
+
+    Raises:
+        BadInput: the extra is missing; missing, damaged, without blend shapes, or with shapes of another vertex count.
+    """
+    require_usd()
+    from .read import open_face
+
+    return open_face(Path(path), tell).rig()
+
+
+def read_performance(path: str | Path, tell: Callable[[str], None] = _unheard) -> Performance:
+    """The rig of a USD file (`read_rig`) and the animation of its blend shapes and of what moves its mesh.
+
+    A mesh that is skinned moves with the joint that it hangs on most.
+
+    Raises:
+        BadInput: as `read_rig`; nothing animates the blend shapes; the head changes size.
+    """
+    require_usd()
+    from .read import open_face
+
+    return open_face(Path(path), tell).performance()
+
+
+def read_face(path: str | Path, tell: Callable[[str], None] = _unheard) -> Performance | Rig:
+    """A performance where something animates the blend shapes, else a rig; errors as those have."""
+    require_usd()
+    from .read import open_face
+
+    face = open_face(Path(path), tell)
+    return face.performance() if face.is_animated() else face.rig()
+
+
+def require_usd() -> None:
+    """See that USD can be imported.
+
+    Raises:
+        BadInput: it is not installed.
+    """
+    try:
+        import pxr.UsdSkel  # noqa: F401
+    except ImportError as error:
+        raise BadInput(f"USD: the package usd-core is missing ({error}); pip install 'mien[usd]'") from error
