@@ -29,7 +29,7 @@ def test_every_encoding_gives_the_text(tmp_path, data):
 
 
 def test_binary_is_refused(tmp_path):
-    with pytest.raises(BadInput, match="is binary, not a text table"):
+    with pytest.raises(BadInput, match="is binary, not text"):
         decode_bytes(tmp_path / "a.csv", b"Frame\x00\x01\x02 and more text that goes on")
 
 

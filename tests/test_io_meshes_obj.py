@@ -103,3 +103,14 @@ def test_obj_refusals(tmp_path):
 def test_a_byte_order_mark_costs_no_vertex(tmp_path, encoding):
     (tmp_path / "a.obj").write_text("v 5 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", encoding=encoding)
     np.testing.assert_array_equal(read_scan(tmp_path / "a.obj").mesh.vertices[0], [5, 0, 0])
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le"])
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_line_ends_and_wide_letters(tmp_path, encoding, end):
+    lines = [f"v {x} {y} {z}" for x, y, z in SQUARE] + ["v 1.#QNAN -1.#IND 0 # lost", "f 1 2 3 4", ""]
+    for name in (encoding, "utf-8"):
+        (tmp_path / "a.obj").write_bytes(end.join(lines).encode(name))
+        mesh = read_scan(tmp_path / "a.obj").mesh
+        np.testing.assert_array_equal(mesh.vertices, SQUARE)
+        np.testing.assert_array_equal(mesh.faces, TWO)

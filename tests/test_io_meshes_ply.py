@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from mesh_files import SQUARE, TWO, bumpy, refusal
 from mien.errors import BadInput
@@ -79,3 +80,29 @@ def test_a_row_of_text_ply_may_hold_more_than_its_header_names(tmp_path):
     (tmp_path / "a.ply").write_text(head + body.replace("3 0 2 3 6 0 0 1 1 0 1 255\n", "3 0 2\n"))
     with pytest.raises(BadInput, match="too short"):
         read_scan(tmp_path / "a.ply")
+
+
+def test_pages_go_by_each_faces_number(tmp_path):
+    for name, color in (("red.png", (255, 0, 0)), ("blue.png", (0, 0, 255))):
+        Image.new("RGB", (2, 2), color).save(tmp_path / name)
+    corners = ["3 0 1 2 6 0 0 1 0 1 1 0", "3 0 2 3 6 0 0 1 1 0 1 1"]
+    rows = [*(f"{x} {y} {z}" for x, y, z in SQUARE), *corners]
+    head = [
+        "ply", "format ascii 1.0", "comment TextureFile red.png", "comment TextureFile blue.png",
+        "element vertex 4", *(f"property float {axis}" for axis in "xyz"), "element face 2",
+        "property list uchar int vertex_indices", "property list uchar float texcoord", "property int texnumber",
+        "end_header",
+    ]  # fmt: skip
+    (tmp_path / "a.ply").write_text("\n".join([*head, *rows]) + "\n")
+    scan = read_scan(tmp_path / "a.ply")
+    np.testing.assert_array_equal(scan.texture[:, 0], [[255, 0, 0]] * 2 + [[0, 0, 255]] * 2)
+    heights = scan.mesh.uv[scan.mesh.uv_faces][..., 1]
+    np.testing.assert_allclose([heights[0].min(), heights[1].max()], 0.5)
+
+
+def test_strips_are_triangles(tmp_path):
+    head = ["ply", "format ascii 1.0", "element vertex 4", *(f"property float {axis}" for axis in "xyz")]
+    head += ["element tristrips 1", "property list int int vertex_indices", "end_header"]
+    rows = [*(f"{x} {y} {z}" for x, y, z in SQUARE), "4 1 2 0 3"]
+    (tmp_path / "a.ply").write_text("\n".join([*head, *rows]) + "\n")
+    np.testing.assert_array_equal(read_scan(tmp_path / "a.ply").mesh.faces, [[1, 2, 0], [0, 2, 3]])

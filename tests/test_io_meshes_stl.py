@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from mesh_files import refusal
+from mesh_files import SQUARE, TWO, refusal
 from mien.io.meshes import read_scan
 
 
@@ -28,3 +28,10 @@ def test_stl_refusals(tmp_path):
     text = path.read_bytes()
     assert "cut off" in refusal(path, text[: len(text) // 2])
     assert "damaged" in refusal(path, text.replace(b"vertex 0.5", b"vertex zero"))
+
+
+@pytest.mark.parametrize("spelled", [str.upper, str.lower, "\ufeff{}".format, lambda text: text.replace("\n", "\r")])
+def test_text_in_capitals_behind_a_mark_or_with_other_line_ends(tmp_path, spelled):
+    corners = "".join(f"vertex {x:.1e} {y} {z}\n" for x, y, z in SQUARE[TWO[0]])
+    (tmp_path / "a.stl").write_text(spelled(f"solid a\nfacet normal 0 0 1\nouter loop\n{corners}endloop\nendsolid a\n"))
+    np.testing.assert_array_equal(read_scan(tmp_path / "a.stl").mesh.vertices, SQUARE[:3])

@@ -9,13 +9,18 @@ from jaxtyping import Bool, Float, Int, UInt8
 from ...errors import BadInput
 from ...files import existing, whole
 from ...mesh import Mesh
+from ..decode_text import decode_bytes, is_wide_text
 from ..parse_numbers import SPACE, parse_floats, parse_integers, token_starts, tokens_by_line
 from .images import write_image
+from .materials import pictures_of
 from .polygons import fan
-from .texture_pages import NO_PAGE, on_pages, page_sizes
+from .texture_pages import NO_PAGE, mesh_on_pages
 
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 """Which some editors put ahead of UTF-8 text."""
+_COMMENT = re.compile(rb"(?<![^\s])#[^\n]*")
+_NO_NUMBER = re.compile(rb"-?\d\.#[A-Za-z]+\d*")
+"""How some C libraries print what is no number: `1.#QNAN`, `-1.#IND`."""
 
 
 def read_obj(path: str | Path) -> tuple[Mesh, Path | tuple[Path, ...] | None]:
@@ -50,11 +55,8 @@ def read_obj(path: str | Path) -> tuple[Mesh, Path | tuple[Path, ...] | None]:
     pages, of_polygon = _pages(text)
     if len(pages) < 2:
         return mesh, _picture(text)
-    corner_uv = uv[faces if uv_faces is None else uv_faces]
     of_triangle = np.repeat(of_polygon, np.maximum(counts - 2, 0))
-    uv = on_pages(corner_uv, of_triangle, page_sizes(pages)).reshape(-1, 2)
-    uv_faces = np.arange(3 * len(faces)).reshape(-1, 3)
-    return Mesh(points[:, :3], faces, uv, uv_faces, colors), pages
+    return mesh_on_pages(mesh, of_triangle, pages), pages
 
 
 def write_obj(path: str | Path, mesh: Mesh, texture: UInt8[np.ndarray, "h w 3"] | None = None) -> None:
@@ -117,12 +119,12 @@ class _Text:
 
 
 def _plain(path: Path) -> bytes:
-    """The file without line continuations, comments and blanks ahead of a line's first word."""
+    """The file without line continuations and blanks ahead of a line's first word; lines end in a line feed."""
     data = path.read_bytes().removeprefix(BYTE_ORDER_MARK)
-    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        data = data.decode("utf-16", "replace").encode()
-    if b"\0" in data[:4096]:
-        raise BadInput(f"{path}: is binary, not an OBJ file; does its suffix fit its content?")
+    if is_wide_text(data):
+        data = decode_bytes(path, data).encode()
+    if b"\r" in data and b"\n" not in data:
+        data = data.replace(b"\r", b"\n")
     if b"\\" in data:
         data = re.sub(rb"\\\r?\n", b" ", data)
     if b"\n " in data or b"\n\t" in data or data[:1] in (b" ", b"\t"):
@@ -133,7 +135,7 @@ def _plain(path: Path) -> bytes:
 def _table(text: _Text, kind: bytes, fewest: int) -> Float[np.ndarray, "rows columns"]:
     lines = text.lines(kind)
     if b"#" in lines:
-        lines = re.sub(rb"#[^\n]*", b"", lines)
+        lines = re.sub(_NO_NUMBER, b"nan", re.sub(_COMMENT, b"", lines))
     if not lines:
         return np.zeros((0, fewest))
     widths = tokens_by_line(lines)
@@ -155,7 +157,7 @@ def _corners(text: _Text) -> tuple[Int[np.ndarray, "corners 2"], Int[np.ndarray,
     """Vertex and texture index of every corner as written (0: none), and corners a polygon."""
     lines = text.lines(b"f")
     if b"#" in lines:
-        lines = re.sub(rb"#[^\n]*", b"", lines)
+        lines = re.sub(_COMMENT, b"", lines)
     if not lines:
         return np.zeros((0, 2), np.int64), np.zeros(0, np.int64)
     counts = tokens_by_line(lines)
@@ -211,7 +213,7 @@ def _texture_corners(
 
 def _pages(text: _Text) -> tuple[tuple[Path, ...], Int[np.ndarray, " polygons"]]:
     """The pictures of the materials that polygons use, and which of them each polygon has; -1 for none."""
-    pictures, used = _pictures(text), _names(text, b"usemtl")
+    pictures, used = pictures_of(text.path, _names(text, b"mtllib")), _names(text, b"usemtl")
     before = np.cumsum(text.is_kind(b"usemtl"))[text.is_kind(b"f")]
     of_material = [pictures.get(name) for name in used]
     found = [picture for i in np.unique(before[before > 0]) if (picture := of_material[i - 1]) is not None]
@@ -225,34 +227,9 @@ def _names(text: _Text, kind: bytes) -> list[str]:
     return [line.strip().decode("utf-8", "replace") for line in text.lines(kind).split(b"\n")]
 
 
-def _pictures(text: _Text) -> dict[str, Path]:
-    """The picture of every material that has one."""
-    pictures: dict[str, Path] = {}
-    for library in filter(None, _names(text, b"mtllib")):
-        file = text.path.parent / library.replace("\\", "/")
-        if file.is_file():
-            pictures |= _pictures_of(file)
-    return pictures
-
-
 def _picture(text: _Text) -> Path | None:
     """The picture of the first material used, else of any, else the one of the same name beside the file."""
-    used, pictures = _names(text, b"usemtl"), _pictures(text)
+    used, pictures = _names(text, b"usemtl"), pictures_of(text.path, _names(text, b"mtllib"))
     beside = [file for suffix in (".png", ".jpg", ".jpeg") if (file := text.path.with_suffix(suffix)).is_file()]
     first = [pictures[name] for name in used if name in pictures]
     return next(iter([*first, *pictures.values(), *beside]), None)
-
-
-def _pictures_of(library: Path) -> dict[str, Path]:
-    found, material = {}, ""
-    for line in library.read_text("utf-8", "replace").splitlines():
-        key, _, rest = line.strip().partition(" ")
-        if key == "newmtl":
-            material = rest.strip()
-        elif key.lower() == "map_kd":
-            names = (rest.strip(), rest.split()[-1] if rest.split() else "")
-            files = [library.parent / name.replace("\\", "/") for name in names if name]
-            there = [file for file in files if file.is_file()]
-            if there:
-                found[material] = there[0]
-    return found

@@ -12,30 +12,10 @@ from ...files import existing, whole
 from ...mesh import Mesh
 from ..parse_numbers import parse_floats
 from .images import write_image
-from .polygons import fan, weld
-
-_TYPES = {
-    "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4",
-    "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4", "float32": "f4",
-    "double": "f8", "float64": "f8",
-}  # fmt: skip
-_ENDS = {"binary_little_endian": "<", "binary_big_endian": ">", "ascii": ""}
-
-
-@dataclass(frozen=True)
-class _Property:
-    name: str
-    kind: str
-    """numpy type of the value, or of a list's items."""
-    count: str = ""
-    """numpy type of a list's length; "" for a plain value."""
-
-
-@dataclass
-class _Element:
-    name: str
-    size: int
-    properties: list[_Property]
+from .materials import file_beside
+from .ply_header import PlyElement, PlyProperty, read_ply_header
+from .polygons import fan, strip_triangles, weld
+from .texture_pages import NO_PAGE, mesh_on_pages
 
 
 @dataclass(frozen=True)
@@ -52,29 +32,56 @@ _Columns = dict[str, _Column]
 _NONE = _Column(np.zeros(0, np.int64), np.zeros(0, np.int64))
 
 
-def read_ply(path: str | Path) -> tuple[Mesh, Path | None]:
-    """The mesh of a PLY file in the file's unit, and where its colour picture is (`comment TextureFile`).
+def read_ply(path: str | Path) -> tuple[Mesh, Path | tuple[Path, ...] | None]:
+    """The mesh of a PLY file in the file's unit, and where its colour picture is, or its several pages are.
+
+    Polygons become fans of triangles, strips (`tristrips`) triangles. Pictures are those that `comment TextureFile`
+    names; where there are several, each face's `texnumber` says which is its own (see `texture_pages`).
 
     Raises:
         BadInput: missing, not PLY, cut off, no vertices.
     """
     path = existing(path)
     data = path.read_bytes()
-    elements, end, body, picture = _header(path, data)
-    columns = _read_text(path, elements, data[body:]) if end == "" else _read_binary(path, elements, data, body, end)
+    header = read_ply_header(path, data)
+    if header.end == "":
+        columns = _read_text(path, header.elements, data[header.body :])
+    else:
+        columns = _read_binary(path, header.elements, data, header.body, header.end)
     vertex, face = columns.get("vertex", {}), columns.get("face", {})
     if not {"x", "y", "z"} <= set(vertex):
         raise BadInput(f"{path}: has no vertices with x, y, z")
     vertices = _stack(vertex, "xyz")
-    corners = face.get("vertex_indices", face.get("vertex_index", _NONE))
+    corners = _corner_lists(face)
     triangles = fan(corners.counts)
     with np.errstate(invalid="ignore"):
         faces = corners.items.astype(np.int64)[triangles]
+        strips = strip_triangles(*_list_of(_corner_lists(columns.get("tristrips", {}))))
+    faces = np.concatenate([faces, strips])
     if len(faces) and (faces.min() < 0 or faces.max() >= len(vertices)):
         raise BadInput(f"{path}: a face names vertex {faces.max()}, but there are {len(vertices)}; export it again")
     uv, uv_faces = _uv(vertex, face, corners, triangles)
+    if len(strips) and uv_faces is not None:
+        uv, uv_faces = None, None
     mesh = Mesh(vertices, faces, uv, uv_faces, _colors(vertex))
-    return mesh, path.parent / picture if picture and uv is not None and (path.parent / picture).is_file() else None
+    pages = [file_beside(path.parent, name) for name in header.pictures]
+    there = [page for page in pages if page is not None]
+    if uv is None or not there:
+        return mesh, None
+    if len(pages) < 2 or "texnumber" not in face or len(there) < len(pages):
+        return mesh, there[0]
+    number = np.repeat(face["texnumber"].items.astype(np.int64), np.maximum(corners.counts - 2, 0))
+    own = np.where((number >= 0) & (number < len(there)), number, NO_PAGE)
+    return mesh_on_pages(mesh, own, there), tuple(there)
+
+
+def _corner_lists(face: _Columns) -> _Column:
+    """The lists of vertices, under any of their names."""
+    return face.get("vertex_indices", face.get("vertex_index", _NONE))
+
+
+def _list_of(column: _Column) -> tuple[Int[np.ndarray, " items"], Int[np.ndarray, " rows"]]:
+    return column.items.astype(np.int64), column.counts
 
 
 def write_ply(path: str | Path, mesh: Mesh, texture: UInt8[np.ndarray, "h w 3"] | None = None) -> None:
@@ -113,37 +120,12 @@ def write_ply(path: str | Path, mesh: Mesh, texture: UInt8[np.ndarray, "h w 3"] 
         file.write("\n".join([*header, "end_header", ""]).encode() + rows.tobytes() + faces.tobytes())
 
 
-def _header(path: Path, data: bytes) -> tuple[list[_Element], str, int, str]:
-    """Elements, byte order ("" for text), where the body starts, the picture's name."""
-    stop = data.find(b"end_header")
-    if not data.startswith(b"ply") or stop < 0:
-        raise BadInput(f"{path}: is not a PLY file, or cut off in its header; export it again")
-    body = data.index(b"\n", stop) + 1 if b"\n" in data[stop:] else len(data)
-    elements, end, picture = [], "", ""
-    for line in data[:stop].decode("latin-1").splitlines():
-        words = line.split()
-        try:
-            if words[:1] == ["format"]:
-                end = _ENDS[words[1]]
-            elif words[:1] == ["element"]:
-                elements.append(_Element(words[1], int(words[2]), []))
-            elif words[:2] == ["property", "list"]:
-                elements[-1].properties.append(_Property(words[4], _TYPES[words[3]], _TYPES[words[2]]))
-            elif words[:1] == ["property"]:
-                elements[-1].properties.append(_Property(words[2], _TYPES[words[1]]))
-            elif words[:2] == ["comment", "TextureFile"]:
-                picture = line.split(None, 2)[2].strip()
-        except (LookupError, ValueError) as error:
-            raise BadInput(f"{path}: has a header line that is no PLY: {line.strip()!r}") from error
-    return elements, end, body, picture
-
-
-def _read_text(path: Path, elements: list[_Element], body: bytes) -> dict[str, _Columns]:
+def _read_text(path: Path, elements: list[PlyElement], body: bytes) -> dict[str, _Columns]:
     """Text is read as if it were binary with every number a double: a row a line, whatever else the line holds."""
     doubles = []
     for element in elements:
-        properties = [_Property(p.name, "f8", "f8" if p.count else "") for p in element.properties]
-        doubles.append(_Element(element.name, element.size, properties))
+        properties = [PlyProperty(p.name, "f8", "f8" if p.count else "") for p in element.properties]
+        doubles.append(PlyElement(element.name, element.size, properties))
     values = parse_floats(body)
     if values is None or _length(doubles, values) != len(values):
         values = parse_floats(b"\n".join(_needed_of_lines(path, doubles, body)))
@@ -152,7 +134,7 @@ def _read_text(path: Path, elements: list[_Element], body: bytes) -> dict[str, _
     return _read_binary(path, doubles, values.astype("<f8").tobytes(), 0, "<")
 
 
-def _length(elements: list[_Element], values: Float[np.ndarray, " v"]) -> int:
+def _length(elements: list[PlyElement], values: Float[np.ndarray, " v"]) -> int:
     """How many numbers the elements take if their lists are as long as in the first row; -1 where they cannot."""
     at = 0
     for element in elements:
@@ -165,7 +147,7 @@ def _length(elements: list[_Element], values: Float[np.ndarray, " v"]) -> int:
     return at
 
 
-def _needed_of_lines(path: Path, elements: list[_Element], body: bytes) -> Iterator[bytes]:
+def _needed_of_lines(path: Path, elements: list[PlyElement], body: bytes) -> Iterator[bytes]:
     """Of every line the words that its element's properties take: exporters add some that the header does not name."""
     lines = (words for line in body.splitlines() if (words := line.split()))
     for element in elements:
@@ -190,7 +172,7 @@ def _count(path: Path, words: list[bytes], at: int) -> int:
         raise BadInput(f"{path}: is cut off or damaged: a list has no length; export it again") from None
 
 
-def _read_binary(path: Path, elements: list[_Element], data: bytes, at: int, end: str) -> dict[str, _Columns]:
+def _read_binary(path: Path, elements: list[PlyElement], data: bytes, at: int, end: str) -> dict[str, _Columns]:
     columns = {}
     for element in elements:
         try:
@@ -202,7 +184,7 @@ def _read_binary(path: Path, elements: list[_Element], data: bytes, at: int, end
     return columns
 
 
-def _rows_alike(element: _Element, data: bytes, at: int, end: str) -> tuple[_Columns, int] | None:
+def _rows_alike(element: PlyElement, data: bytes, at: int, end: str) -> tuple[_Columns, int] | None:
     """All rows at once, if every list has as many items as in the first row; else None."""
     fields, counts, place = [], {}, at
     for i, p in enumerate(element.properties):
@@ -227,7 +209,7 @@ def _rows_alike(element: _Element, data: bytes, at: int, end: str) -> tuple[_Col
     return out, at + element.size * row.itemsize
 
 
-def _rows_of_any_length(element: _Element, data: bytes, at: int, end: str) -> tuple[_Columns, int]:
+def _rows_of_any_length(element: PlyElement, data: bytes, at: int, end: str) -> tuple[_Columns, int]:
     kinds = [(np.dtype(end + p.count) if p.count else None, np.dtype(end + p.kind)) for p in element.properties]
     counts = [[] for _ in kinds]
     items = [[] for _ in kinds]

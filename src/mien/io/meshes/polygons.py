@@ -17,6 +17,26 @@ def fan(counts: Int[np.ndarray, " polygons"]) -> Int[np.ndarray, "m 3"]:
     return np.stack([first, first + step + 1, first + step + 2], axis=1)
 
 
+def strip_triangles(
+    items: Int[np.ndarray, " items"], counts: Int[np.ndarray, " strips"]
+) -> Int[np.ndarray, "triangles 3"]:
+    """Strips of triangles stored one after another, `counts` items each, where -1 ends a strip and begins the next.
+
+    Every second triangle of a strip is turned, so that all look to one side; those without area vanish.
+    """
+    ends = np.cumsum(counts)
+    broken = np.insert(items, ends, -1)
+    at_break = np.flatnonzero(broken < 0)
+    begins = np.concatenate([[0], at_break + 1])
+    place = np.arange(len(broken))
+    within = place - begins[np.searchsorted(begins, place, side="right") - 1]
+    a, b, c = broken[:-2], broken[1:-1], broken[2:]
+    whole = (a >= 0) & (b >= 0) & (c >= 0) & (a != b) & (b != c) & (a != c)
+    odd = (within[: len(a)] % 2 == 1)[:, None]
+    triangles = np.where(odd, np.stack([b, a, c], axis=1), np.stack([a, b, c], axis=1))
+    return triangles[whole]
+
+
 def weld(columns: Float[np.ndarray, "s width"]) -> Int[np.ndarray, " s"]:
     """For each row its place once equal rows (in float32) are one, in first-met order."""
     rows = np.ascontiguousarray(columns.astype(np.float32) + np.float32(0)).view(np.uint32)

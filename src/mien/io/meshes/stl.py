@@ -8,8 +8,11 @@ import numpy as np
 from ...errors import BadInput
 from ...files import existing
 from ...mesh import Mesh
+from .obj import BYTE_ORDER_MARK
 from .polygons import weld
 
+_HEAD = 2000
+"""Bytes by which text is told from binary."""
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 
@@ -41,10 +44,12 @@ def read_stl(path: str | Path) -> tuple[Mesh, None]:
 
 def _is_text(data: bytes) -> bool:
     """Binary files may start with "solid" too, but have no line that says facet."""
-    return data.lstrip()[:5].lower() == b"solid" and (b"facet" in data[:2000] or b"endsolid" in data[:2000])
+    head = data[:_HEAD].removeprefix(BYTE_ORDER_MARK).lstrip().lower()
+    return head.startswith(b"solid") and (b"facet" in head or b"endsolid" in head)
 
 
 def _text_corners(path: Path, data: bytes) -> np.ndarray:
+    data = data.lower()
     found = re.findall(rb"vertex\s+(\S+)\s+(\S+)\s+(\S+)", data)
     if len(found) % 3 or b"endsolid" not in data:
         raise BadInput(f"{path}: is cut off: its text ends inside a triangle or without endsolid; export it again")

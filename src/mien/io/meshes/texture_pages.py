@@ -1,6 +1,7 @@
 """Several pictures of one mesh (texture pages) as one: the pages above each other, coordinates moved onto them."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ from jaxtyping import Float, Int, UInt8
 from PIL import Image
 
 from ...errors import BadInput
+from ...mesh import Mesh
 from .images import read_image
 
 NO_PAGE = -1
@@ -37,6 +39,18 @@ def read_pages(paths: Sequence[Path]) -> UInt8[np.ndarray, "h w 3"]:
     grey = 128
     padded = [np.pad(p, ((0, 0), (0, width - p.shape[1]), (0, 0)), constant_values=grey) for p in pages]
     return np.concatenate(padded)
+
+
+def mesh_on_pages(mesh: Mesh, page: Int[np.ndarray, " m"], paths: Sequence[Path]) -> Mesh:
+    """The mesh with every triangle's texture coordinates on its own page (see `on_pages`).
+
+    Raises:
+        BadInput: a page that is no picture.
+    """
+    assert mesh.uv is not None
+    corners = mesh.uv[mesh.faces if mesh.uv_faces is None else mesh.uv_faces]
+    uv = on_pages(corners, page, page_sizes(paths)).reshape(-1, 2)
+    return replace(mesh, uv=uv, uv_faces=np.arange(len(uv)).reshape(-1, 3))
 
 
 def on_pages(

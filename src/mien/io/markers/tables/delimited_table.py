@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ....errors import BadInput
+from ...decode_text import decode_text
 from ...units import known_unit
 
 _SPELLINGS = (
@@ -21,13 +22,8 @@ EMPTY = frozenset(["", *_SPELLINGS.split(" ")])
 HEADER_ROWS = 12
 """Rows among which a header is looked for: Motive and Cortex write five to seven ahead of the numbers."""
 
-_UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
-_LOOKED_AT = 4096
-"""Bytes by which text is told from binary."""
 _FEWEST_DELIMITERS = 3
 """In one line of a table: a long table has five columns, a wide one more."""
-_LONGEST_CELL = 10_000
-"""Characters; longer ones come from a quote that is never closed."""
 _SECONDS = {"ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9}
 _CLOCK = re.compile(r"(\d+):(\d{1,2}):(\d{1,2}(?:[.,]\d+)?)")
 
@@ -89,7 +85,7 @@ def read_cells(path: Path) -> list[list[str]]:
     Raises:
         BadInput: empty, binary, or a quote that is never closed.
     """
-    text = read_text(path)
+    text = decode_text(path).replace("\0", "")
     delimiter = sniff_delimiter(text)
     lines = text.splitlines()
     if delimiter == " ":
@@ -120,29 +116,6 @@ def cells_to_numbers(path: Path, rows: list[list[str]], row_numbers: list[int]) 
             what = f"{bad[:40]!r} is neither a number nor NA"
             raise BadInput(f"{path}: row {row_numbers[place]}: {what}; mend or empty it") from None
     return out
-
-
-def read_text(path: Path) -> str:
-    """The file as text: UTF-8 with or without a byte-order mark, UTF-16, or else Latin-1.
-
-    Raises:
-        BadInput: binary.
-    """
-    data = path.read_bytes()
-    head = data[:_LOOKED_AT]
-    if head[:2] in _UTF16_MARKS:
-        return data.decode("utf-16", errors="replace")
-    for offset, encoding in ((1, "utf-16-le"), (0, "utf-16-be")):
-        zeros = head[offset::2].count(0)
-        if len(head) >= 8 and zeros > 0.9 * len(head[offset::2]) and head[1 - offset :: 2].count(0) == 0:
-            return data.decode(encoding, errors="replace")
-    if b"\0" in head:
-        raise BadInput(f"{path}: is binary, not a text table; does its suffix fit its content?")
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        text = data.decode("latin-1")
-    return text.replace("\0", "")
 
 
 def sniff_delimiter(text: str) -> str:

@@ -5,9 +5,10 @@ from itertools import pairwise
 from pathlib import Path
 
 from ....errors import BadInput
+from ...decode_text import decode_text
 from ...units import known_unit
 from ..marker_file import RawTake
-from .delimited_table import DelimitedTable, is_number, pad, positive_number, read_text
+from .delimited_table import DelimitedTable, is_number, pad, positive_number
 from .table_header import MarkerColumns
 from .wide_table import take_of
 
@@ -25,7 +26,7 @@ def read_trc(path: Path) -> RawTake:
     Raises:
         BadInput: not TRC, or a cell that is no number.
     """
-    lines = read_text(path).splitlines()
+    lines = decode_text(path).splitlines()
     names_at = next((i for i, line in enumerate(lines[:_LOOKED_AT]) if line.lower().startswith("frame")), None)
     if names_at is None:
         raise BadInput(f"{path}: not a TRC file; one of its first lines should start with Frame#")
