@@ -66,3 +66,13 @@ def test_cells(tmp_path):
     np.testing.assert_array_equal(numbers(PATH, rows, [1]), [[0.5], [np.nan]])
     with pytest.raises(BadInput, match="no number"):
         numbers(PATH, [["x", "y"]], [1])
+
+
+@pytest.mark.parametrize("ahead", ["Recording,my take", "# app 1.3\n\n", "sep=;"])
+def test_a_title_ahead_of_the_header_is_passed_over(tmp_path, ahead):
+    rows = [";".join(("Timecode", "BlendShapeCount", *SHAPES)), ";".join(("1:02", "52", *["0,5"] * 51, "N/A"))]
+    (tmp_path / "a.csv").write_text("\n".join([ahead, *rows]))
+    header, body = read_table(tmp_path / "a.csv")
+    assert header[2:] == list(SHAPES)
+    found = numbers(tmp_path / "a.csv", body, list(range(2, 54)))
+    np.testing.assert_array_equal(found, [[0.5] * 51 + [np.nan]])

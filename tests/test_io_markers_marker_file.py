@@ -76,3 +76,9 @@ def test_far_away_is_a_gap():
     positions[0, 1] = 0
     seen = np.isfinite(gaps_to_nan(positions)).all(axis=2)
     np.testing.assert_array_equal(seen[0], [False, False, *[True] * 6])
+
+
+@pytest.mark.parametrize("written", [0.0, -9999.0, 9999999.0, 999.0])
+def test_the_same_number_of_zeros_or_nines_in_all_three_is_a_gap(written):
+    positions = np.array([[[written] * 3, [written, 1.0, written], [998.0] * 3]])
+    np.testing.assert_array_equal(np.isnan(gaps_to_nan(positions)).all(axis=2), [[True, False, False]])

@@ -1,6 +1,7 @@
 """Tables with a row for every marker and frame."""
 
 import numpy as np
+import pytest
 
 from marker_files import FACE, NAMES, refusal, take
 from mien.io.markers import read_marker_file, read_markers
@@ -48,3 +49,15 @@ def test_a_time_code_is_no_key(tmp_path):
     lines = ["time,label,x,y,z"] + [f"00:00:00:0{t},M{i},1,2,{i}" for t in range(3) for i in range(7)]
     (tmp_path / "take.csv").write_text("\n".join(lines))
     assert "column time holds no numbers" in refusal(tmp_path / "take.csv")
+
+
+@pytest.mark.parametrize(
+    "head", ["Frame,MarkerName,pos_x,pos_y,pos_z", "frame,id,tx,ty,tz", "frame,label,X_mm,Y_mm,Z_mm"]
+)
+def test_columns_by_other_names(tmp_path, head):
+    rows = [f"{t},{name},{x},{y},{z}" for t in range(3) for name, (x, y, z) in zip(NAMES, FACE, strict=True)]
+    (tmp_path / "a.csv").write_text("\n".join([head, *rows]))
+    read = read_marker_file(tmp_path / "a.csv")
+    assert read.markers.labels == NAMES
+    np.testing.assert_allclose(read.markers.positions, np.tile(FACE, (3, 1, 1)))
+    assert (read.unit_source == "file") == ("mm" in head)

@@ -92,3 +92,9 @@ def test_columns_that_end_with_a_delimiter_and_semicolons(tmp_path):
     path = export(tmp_path / "take.csv")
     path.write_text("\n".join(line.replace(",", ";") + ";" for line in path.read_text().splitlines()))
     np.testing.assert_allclose(read_marker_file(path).markers.positions[:, 3:], take().positions, atol=1e-3)
+
+
+def test_without_the_row_of_types_a_body_is_told_by_its_rotation(tmp_path):
+    lines = export(tmp_path / "a.csv").read_text().splitlines()
+    (tmp_path / "a.csv").write_text("\n".join(line for line in lines if ",Type," not in line))
+    assert "Head" not in read_marker_file(tmp_path / "a.csv").markers.labels

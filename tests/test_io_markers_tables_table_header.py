@@ -17,7 +17,17 @@ def test_a_header_that_names_its_unit(tmp_path):
 
 @pytest.mark.parametrize(
     "header",
-    [lambda n, a: f"{n}{a.upper()}", lambda n, a: f"{a.upper()}:{n}", lambda n, a: f"{n} - {a} (mm)"],
+    [
+        lambda n, a: f"{n}{a.upper()}",
+        lambda n, a: f"{a.upper()}:{n}",
+        lambda n, a: f"{n} - {a} (mm)",
+        lambda n, a: f"{n}_T{a}",
+        lambda n, a: f"{n}.pos{a.upper()}",
+        lambda n, a: f"{n}_position_{a}",
+        lambda n, a: f"{n}({a.upper()})",
+        lambda n, a: f"{n}[{a}]",
+        lambda n, a: f"{n}_{a}_mm",
+    ],
 )
 def test_more_spellings(tmp_path, header):
     assert read_markers(wide_csv(tmp_path / "take.csv", take().positions, header)).labels == NAMES

@@ -45,3 +45,14 @@ def test_a_marker_without_a_name(tmp_path):
     read = read_marker_file(tmp_path / "take.trc")
     assert read.markers.labels == (*NAMES[:3], *NAMES[4:])
     np.testing.assert_allclose(read.markers.positions[:, 3:], take().positions[:, 4:], atol=2e-3)
+
+
+def test_between_blanks_a_gap_must_be_written(tmp_path):
+    """A cell left empty would move all behind it to the next marker."""
+    text = trc(tmp_path / "take.trc", take().positions).read_text().replace("\t", " ")
+    (tmp_path / "take.trc").write_text(text)
+    assert "row 8 has 23 cells for 26 columns" in refusal(tmp_path / "take.trc")
+    gap = np.isnan(take().positions)
+    lines = trc(tmp_path / "take.trc", np.where(gap, -9999.0, take().positions)).read_text().replace("\t", " ")
+    (tmp_path / "take.trc").write_text(lines)
+    np.testing.assert_array_equal(np.isnan(read_marker_file(tmp_path / "take.trc").markers.positions), gap)

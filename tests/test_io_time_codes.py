@@ -57,3 +57,12 @@ def test_without_a_clock_frames_follow_one_another(text):
     np.testing.assert_array_equal(clock.frames, [0, 1, 2])
     assert clock.rate == 60.0
     assert "cannot be read" in clock.notes[0]
+
+
+@pytest.mark.parametrize(
+    "form", ["2026-01-02T10:00:{:09.6f}Z", "2026-01-02 10:00:{:09.6f}", "2026-01-02T10:00:{:.4f}+02:00"]
+)
+def test_clocks_with_a_date(form):
+    clock = read_clock([form.format(t / 25) for t in range(50)], None)
+    np.testing.assert_array_equal(clock.frames, np.arange(50))
+    assert clock.rate == 25

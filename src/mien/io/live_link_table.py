@@ -1,6 +1,7 @@
 """The cells of a Live Link Face CSV, by whatever program: which columns are what, and in which unit they count."""
 
 import csv
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,7 +11,7 @@ from jaxtyping import Float
 from ..errors import BadInput
 from ..rig.shape_names import match_names
 from .decode_text import decode_text
-from .markers.tables.delimited_table import pad
+from .markers.tables.delimited_table import EMPTY, pad
 
 SHAPES = (
     "EyeBlinkLeft", "EyeLookDownLeft", "EyeLookInLeft", "EyeLookOutLeft", "EyeLookUpLeft", "EyeSquintLeft",
@@ -32,6 +33,9 @@ NAMES = tuple(name[0].lower() + name[1:] for name in SHAPES)
 _TIMECODE = ("timecode", "time", "timestamp", "tc")
 _OTHER = ("blendshapecount", "frame", "index", "subject", "subjectname", "framenumber")
 """Columns that are neither times, shapes nor angles."""
+_DELIMITERS = ";\t,"
+_LOOKED_AT = 20
+"""Lines among which the header stands."""
 _FEWEST = 10
 """Shapes that make a table without time codes a performance."""
 _HIGHEST_WEIGHT, _HIGHEST_PERCENT = 2.0, 110.0
@@ -49,12 +53,19 @@ _DEGREES_A_WEIGHT = 5.0
 def read_table(path: Path) -> tuple[list[str], list[list[str]]]:
     """Header and rows, whatever parts the cells; decimal points."""
     lines = decode_text(path).splitlines()
-    first = next((line for line in lines if line.strip()), "")
-    delimiter = max(";\t,", key=first.count)
-    rows = [row for row in csv.reader(lines, delimiter=delimiter) if any(cell.strip() for cell in row)]
+    titles = next((i for i, line in enumerate(lines[:_LOOKED_AT]) if _is_header(line)), 0)
+    first = next((line for line in lines[titles:] if line.strip()), "")
+    delimiter = max(_DELIMITERS, key=first.count)
+    rows = [row for row in csv.reader(lines[titles:], delimiter=delimiter) if any(cell.strip() for cell in row)]
     header = [cell.strip() for cell in rows[0]] if rows else []
     body = [_mended(row, header, delimiter) for row in rows[1:]]
     return header, body
+
+
+def _is_header(line: str) -> bool:
+    """Many cells, none of which is a number: some programs write a title or a note ahead of it."""
+    cells = re.split(f"[{_DELIMITERS}]", line)
+    return len(cells) >= _FEWEST and not any(cell.strip(' "')[:1].isdigit() for cell in cells)
 
 
 def _mended(row: list[str], header: list[str], delimiter: str) -> list[str]:
@@ -115,7 +126,7 @@ def find_columns(path: Path, header: list[str]) -> LiveLinkColumns:
 def numbers(path: Path, rows: list[list[str]], columns: list[int]) -> Float[np.ndarray, "rows columns"]:
     """Cells as numbers, NaN for empty ones."""
     try:
-        cells = [[float(row[i]) if row[i].strip() else np.nan for i in columns] for row in rows]
+        cells = [[np.nan if row[i].strip().lower() in EMPTY else float(row[i]) for i in columns] for row in rows]
     except ValueError as error:
         raise BadInput(f"{path}: holds a cell that is no number ({error}); export it again") from error
     return np.array(cells).reshape(len(rows), len(columns))

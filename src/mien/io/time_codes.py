@@ -7,7 +7,8 @@ import numpy as np
 from jaxtyping import Float, Int
 
 _CODE = re.compile(r"\s*(\d+):(\d+):(\d+)([:;.,])(\d+(?:[.,]\d+)?)\s*")
-_SECONDS = re.compile(r"\s*(?:(?:(\d+):)?(\d+):)?(\d+(?:[.,]\d+)?)\s*")
+_DATE, _ZONE = r"(?:\d{4}-\d\d-\d\d[T ](?=\d+:))?", r"(?:Z|[+-]\d\d:?\d\d)?"
+_SECONDS = re.compile(rf"\s*{_DATE}(?:(?:(\d+):)?(\d+):)?(\d+(?:[.,]\d+)?)\s*{_ZONE}\s*")
 _RATES = (24, 25, 30, 48, 50, 60, 90, 100, 120, 240)
 """Frames a second that time codes count in."""
 _MEASURED_RATES = (24000 / 1001, 24, 25, 30000 / 1001, 30, 48, 50, 60000 / 1001, 60, 90, 100, 120, 240)

@@ -21,6 +21,8 @@ from .marker_labels import (
 
 DEFAULT_RATE = 30.0
 """Frames a second of a file that does not say: what most cameras do."""
+_GAP_VALUES = (0.0, *(10.0**digits - 1 for digits in range(3, 9)))
+"""What programs write into all three coordinates where a marker was not seen: 0, or 999, -9999, 9999999, ..."""
 FARTHEST = 1e9
 """Coordinates beyond (in the file's unit; a thousand kilometres of millimetres) are damage, and gaps."""
 
@@ -105,11 +107,12 @@ def choose_markers(path: Path, raw: RawTake, only: str | None) -> RawTake:
 
 
 def gaps_to_nan(positions: Float[np.ndarray, "frames markers 3"]) -> Float[np.ndarray, "frames markers 3"]:
-    """All three coordinates NaN wherever one is not finite, none is near, or all are exactly zero, as many programs
-    write a gap."""
+    """All three coordinates NaN wherever one is not finite, none is near, or all are exactly zero or the same row of
+    nines, as many programs write a gap."""
     with np.errstate(invalid="ignore"):
         near = (np.abs(positions) < FARTHEST).all(axis=2)
-    gap = ~near | (positions == 0).all(axis=2)
+    alike = (positions == positions[:, :, :1]).all(axis=2)
+    gap = ~near | (alike & np.isin(np.abs(positions[:, :, 0]), _GAP_VALUES))
     return np.where(gap[:, :, None], np.nan, positions)
 
 

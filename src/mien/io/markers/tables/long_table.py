@@ -9,7 +9,7 @@ from ....errors import BadInput
 from ..marker_file import RawTake
 from .delimited_table import DelimitedTable
 from .frame_times import at_frames, place_rows
-from .table_header import AXES, FRAME, LABEL, TIME
+from .table_header import FRAME, LABEL, TIME, long_axes
 
 
 def read_long(table: DelimitedTable) -> RawTake:
@@ -22,8 +22,8 @@ def read_long(table: DelimitedTable) -> RawTake:
     """
     label_column, frame_column, time_column = table.find(LABEL), table.find(FRAME), table.find(TIME)
     key = frame_column if frame_column is not None else time_column
-    axes = [i for axis in AXES if (i := table.find(frozenset({axis}))) is not None]
-    if key is None or label_column is None:
+    axes = long_axes(table.columns)
+    if key is None or label_column is None or axes is None:
         raise BadInput(f"{table.path}: a long table needs a frame or time column beside label, x, y, z")
     table, lines = _without_copies(table)
     keys = _keys(table, key)

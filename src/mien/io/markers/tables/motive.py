@@ -53,8 +53,10 @@ def read_motive(path: Path, rows: list[list[str]]) -> RawTake | None:
 def _marker_columns(names: list[str], header: dict[str, list[str]]) -> tuple[MarkerColumns, int]:
     """(columns of the markers, how many copies were left out)."""
     blank = [""] * len(names)
-    types = header.get("type", ["marker"] * len(names))
-    found = _triples(names, header["name"], header.get("id", blank), header.get("", blank))
+    quantities = header.get("", blank)
+    turning = {name for name, what in zip(header["name"], quantities, strict=True) if what.lower() == "rotation"}
+    types = header.get("type", ["rigid body" if name in turning else "marker" for name in header["name"]])
+    found = _triples(names, header["name"], header.get("id", blank), quantities)
     markers = [(label, at) for label, at in found if types[at[0]].lower() in _MARKER_TYPES]
     solved = [(label, at) for label, at in found if types[at[0]].lower() in _SOLVED_TYPES]
     labels = {label for label, _ in markers}

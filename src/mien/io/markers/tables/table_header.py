@@ -11,8 +11,13 @@ FRAME = frozenset(
     {"frame", "frame#", "frames", "frame number", "frame_number", "frame no", "field", "field #", "index"}
 )
 TIME = frozenset({"time", "seconds", "timestamp", "t"})
-LABEL = frozenset({"label", "marker", "name", "marker_name", "marker name", "markername", "point", "landmark"})
+LABEL = frozenset(
+    {"label", "marker", "name", "marker_name", "marker name", "markername", "point", "landmark"}
+    | {"marker_id", "marker id", "markerid", "point_id", "landmark_id", "id"}
+)
 AXES = ("x", "y", "z")
+_POSITION = r"(?:t|pos|position|coord|trans|translate|translation)[ _.:\-]*"
+"""What some programs put ahead of the axis: `tx`, `pos_x`, `Position.X`."""
 
 MarkerColumns = list[tuple[str, tuple[int, int, int]]]
 """(label, its x, y and z columns) of every marker."""
@@ -20,8 +25,12 @@ MarkerColumns = list[tuple[str, tuple[int, int, int]]]
 _BRACKET = re.compile(r"\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")
 _TIME_UNIT = re.compile(r"^(time|timestamp|t)[ _]+(s|sec|seconds|ms|us|ns)$", re.IGNORECASE)
 _LONG_TIME_UNITS = {"milliseconds": "ms", "microseconds": "us", "nanoseconds": "ns"}
-_SUFFIXED = re.compile(r"^(.+?)[ _.:\-]+([xyz])$", re.IGNORECASE)
+_LENGTH_UNIT = re.compile(
+    r"^(.*\b[xyz]|.*_[xyz]|.*[a-z0-9][XYZ])[ _]+(mm|cm|m|in|millimet(?:er|re)s?|met(?:er|re)s?)$", re.IGNORECASE
+)
+_SUFFIXED = re.compile(rf"^(.+?)[ _.:\-]+(?:{_POSITION})?([xyz])$", re.IGNORECASE)
 _PREFIXED = re.compile(r"^([xyz])[ _.:\-]+(.+)$", re.IGNORECASE)
+_LONG_AXIS = re.compile(rf"^(?:{_POSITION})?([xyz])(?:[ _]?pos(?:ition)?)?$", re.IGNORECASE)
 _JOINED = re.compile(r"^(.*[a-z0-9])([XYZ])$")
 _KEY_VALUE = re.compile(r"^[#%/ ]*([A-Za-z][\w ()]*?)\s*[:=]\s*(\S.*)$")
 _FEWEST_AXES = 3
@@ -61,7 +70,16 @@ def table_under_header(path: Path, rows: list[list[str]], first_row: int = 1) ->
 def is_long(columns: list[str]) -> bool:
     """One row a marker and frame, rather than one row a frame."""
     lower = {column.lower() for column in columns}
-    return bool(lower & LABEL) and set(AXES) <= lower
+    return bool(lower & LABEL) and long_axes(columns) is not None
+
+
+def long_axes(columns: list[str]) -> list[int] | None:
+    """The columns of x, y and z where each row is one marker; None where one of them is missing."""
+    found: dict[str, int] = {}
+    for place, column in enumerate(columns):
+        if named := _LONG_AXIS.match(column):
+            found.setdefault(named[1].lower(), place)
+    return [found[axis] for axis in AXES] if len(found) == len(AXES) else None
 
 
 def marker_columns(columns: list[str]) -> MarkerColumns:
@@ -91,8 +109,10 @@ def names_and_units(cells: list[str]) -> tuple[list[str], list[str]]:
         bracket = _BRACKET.search(cell)
         name = cell[: bracket.start()] if bracket else cell
         unit = bracket[1] if bracket else ""
-        if timed := _TIME_UNIT.match(name):
-            name, unit = timed[1], timed[2]
+        if unit.lower() in AXES and name:
+            name, unit = f"{name}_{unit}", ""
+        if told := _TIME_UNIT.match(name) or _LENGTH_UNIT.match(name):
+            name, unit = told[1], told[2]
         names.append(name)
         units.append(_LONG_TIME_UNITS.get(unit.lower(), unit))
     return names, units

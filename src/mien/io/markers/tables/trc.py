@@ -30,11 +30,14 @@ def read_trc(path: Path) -> RawTake:
     names_at = next((i for i, line in enumerate(lines[:_LOOKED_AT]) if line.lower().startswith("frame")), None)
     if names_at is None:
         raise BadInput(f"{path}: not a TRC file; one of its first lines should start with Frame#")
-    cells = [[cell.strip() for cell in _split(line, lines[names_at])] for line in lines]
+    delimiter = _delimiter(lines[names_at])
+    cells = [[cell.strip() for cell in line.split(delimiter)] for line in lines]
     body = [(number, row) for number, row in enumerate(cells, start=1) if number > names_at + 1 and _is_data(row)]
     header = _header(cells[:names_at])
     labels = _labels(cells[names_at], cells[names_at + 1] if names_at + 1 < len(cells) else [], header)
     columns = ["Frame", "Time", *(f"{label}_{axis}" for label, _ in labels for axis in "xyz")]
+    if delimiter is None:
+        _check_widths(path, body, len(columns))
     table = DelimitedTable(
         path=path,
         columns=columns,
@@ -46,10 +49,23 @@ def read_trc(path: Path) -> RawTake:
     return take_of(table, labels, mm=known_unit(header.get("units", "")))
 
 
-def _split(line: str, names: str) -> list[str]:
-    """By tabs where the line of names has any, by commas or semicolons likewise, else by blanks."""
-    delimiter = next((mark for mark in "\t;," if mark in names), None)
-    return line.split(delimiter)
+def _delimiter(names: str) -> str | None:
+    """Tabs where the line of names has any, commas or semicolons likewise, else blanks (None)."""
+    return next((mark for mark in "\t;," if mark in names), None)
+
+
+def _check_widths(path: Path, body: list[tuple[int, list[str]]], width: int) -> None:
+    """Where blanks part the cells an empty cell cannot be seen: the others of its row would move up, unseen.
+
+    Raises:
+        BadInput: a row of another width.
+    """
+    for number, row in body:
+        if len(row) != width:
+            raise BadInput(
+                f"{path}: row {number} has {len(row)} cells for {width} columns, and where blanks part the cells "
+                "nobody can tell which are missing; export it with tabs, or with NaN in the gaps"
+            )
 
 
 def _header(rows: list[list[str]]) -> dict[str, str]:
