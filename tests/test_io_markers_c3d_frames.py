@@ -97,3 +97,10 @@ def test_the_cut_off_line_says_how_many_frames_are_there(tmp_path):
     data = c3d_bytes(np.tile(FACE, (60, 1, 1)))
     (tmp_path / "take.c3d").write_bytes(data[: 1024 + 41 * 128 + 30])
     assert "promises 60 frames, 41 are there" in refusal(tmp_path / "take.c3d")
+
+
+def test_a_header_whose_frames_nobody_filled_in_says_nothing(tmp_path):
+    data = bytearray(c3d_bytes(np.tile(FACE, (20, 1, 1))))
+    data[6:10] = bytes(4)
+    (tmp_path / "take.c3d").write_bytes(data)
+    assert len(read_markers(tmp_path / "take.c3d").positions) == 20

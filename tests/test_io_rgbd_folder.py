@@ -95,3 +95,10 @@ def test_images_alone_are_a_take_without_depth(folder):
 def test_a_folder_says_with_which_scale_it_was_read(folder):
     assert read_rgbd(folder).depth_scale == 1000
     assert read_rgbd(folder, depth_scale=250.0).depth_scale == 250
+
+
+def test_parts_under_other_names_and_capitals(folder):
+    before = list(read_rgbd(folder))
+    for ours, theirs in (("color", "RGB"), ("depth", "Depth"), ("camera_intrinsic.json", "intrinsics.json")):
+        (folder / ours).rename(folder / theirs)
+    same(list(read_rgbd(folder)), before)

@@ -50,3 +50,14 @@ def test_without_a_common_number_order_decides_and_a_line_says_so(folder):
     (folder / "depth" / "100.png").unlink()
     with pytest.raises(BadInput, match="4 colour and 3 depth images"):
         read_rgbd(folder)
+
+
+def test_a_number_that_all_names_share_says_nothing(folder):
+    for kind, name in (("color", "cam1_{}_rgb8"), ("depth", "cam1_{}_mm16")):
+        for i, file in enumerate(sorted((folder / kind).iterdir())):
+            file.rename(folder / kind / f"{name.format(i)}.png")
+    (folder / "color" / "cam1_1_rgb8.png").unlink()
+    (folder / "depth" / "cam1_2_mm16.png").unlink()
+    (folder / "timestamps.csv").unlink()
+    before = list(made())
+    same(list(read_rgbd(folder)), [before[0], before[3]])

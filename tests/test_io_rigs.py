@@ -68,17 +68,37 @@ def test_refusals(tmp_path):
     mesh, _, _ = folder_of(tmp_path / "rig", ".obj")
     short = Mesh(mesh.vertices[:-1], np.array([[0, 1, 2]]))
     write_mesh(tmp_path / "rig/smile.obj", short)
-    assert "smile.obj: has 39 vertices, Neutral_01.obj 40" in line()
+    write_mesh(tmp_path / "rig/jawOpen.obj", short)
+    assert "jawOpen.obj: has 39 vertices, Neutral_01.obj 40" in line()
     write_mesh(tmp_path / "rig/smile.ply", mesh)
     assert "two meshes of one name" in line()
     write_mesh(tmp_path / "rig/neutral.ply", mesh)
     assert "exactly one" in line()
     for file in (tmp_path / "rig").glob("*eutral*"):
         file.unlink()
-    assert "has none" in line()
+    assert "named neutral, has jawOpen.obj" in line()
     for file in (tmp_path / "rig").glob("*"):
         file.unlink()
     write_mesh(tmp_path / "rig/neutral.ply", mesh)
     assert "no mesh beside neutral.ply" in line()
     with pytest.raises(BadInput, match="is no rig"):
         read_any_rig(tmp_path / "rig/neutral.ply")
+
+
+@pytest.mark.parametrize("name", ["00_neutral", "faceNeutral", "NEUTRAL", "Basis", "head_base", "rest", "bindPose"])
+def test_the_neutral_by_any_word_that_says_so(tmp_path, name):
+    mesh, _, _ = folder_of(tmp_path / "rig", ".obj")
+    (tmp_path / "rig/Neutral_01.obj").rename(tmp_path / f"rig/{name}.obj")
+    read = read_any_rig(tmp_path / "rig")
+    assert read.names == ("jawOpen", "smile")
+    np.testing.assert_allclose(read.neutral.vertices, mesh.vertices, atol=1e-5)
+
+
+def test_one_bad_mesh_is_named_and_left_out(tmp_path):
+    folder_of(tmp_path / "rig", ".obj")
+    (tmp_path / "rig/a.obj").write_text("hello")
+    (tmp_path / "rig/z.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    told = []
+    assert read_any_rig(tmp_path / "rig", tell=told.append).names == ("jawOpen", "smile")
+    for line, name in zip(told, "az", strict=True):
+        assert line.startswith(f"left out: {tmp_path}/rig/{name}.obj: ")

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from ...errors import BadInput
 from ...files import existing
-from .folder import read_folder, read_images
+from .folder import DEPTH, part_of, read_folder, read_images
 from .intrinsics import read_intrinsics, write_intrinsics
 from .realsense import read_realsense
 from .record3d import read_record3d
@@ -33,7 +33,7 @@ def read_rgbd(
     if path.is_dir():
         take = (
             read_folder(path, depth_scale, rate)
-            if any((path / "depth").glob("*.*"))
+            if any(part_of(path, DEPTH).glob("*.*"))
             else read_images(path, rate, focal)
         )
     elif path.suffix.lower() == ".r3d":

@@ -1,7 +1,7 @@
 """The RGB-D folder: color/, depth/, camera_intrinsic.json; and a plain folder of colour images."""
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
@@ -17,6 +17,10 @@ from .pairing import pair_images
 from .take import RgbdTake
 from .timestamps import read_timestamps
 
+COLOR = ("color", "colour", "rgb", "image", "images")
+DEPTH = ("depth", "depths", "depth_aligned", "aligned_depth")
+INTRINSICS = ("camera_intrinsic.json", "camera_intrinsics.json", "intrinsic.json", "intrinsics.json", "camera.json")
+"""What recorders call the parts of a take's folder; ours first."""
 PICTURES = (".png", ".jpg", ".jpeg")
 DEPTH_SCALE = 1000.0
 RATE = 30.0
@@ -32,7 +36,7 @@ def read_folder(path: Path, depth_scale: float | None = None, rate: float | None
     Raises:
         BadInput: no intrinsics, no colour, colour and depth that do not belong together.
     """
-    color, depth = pictures(path / "color"), pictures(path / "depth")
+    color, depth = pictures(part_of(path, COLOR)), pictures(part_of(path, DEPTH))
     if not color:
         raise BadInput(f"{path / 'color'}: no .png or .jpg images; landmarks need colour")
     paired = pair_images(path, color, depth)
@@ -60,13 +64,15 @@ def read_images(path: Path, rate: float | None = None, focal: float | None = Non
     Raises:
         BadInput: no images.
     """
-    color = pictures(path / "color" if (path / "color").is_dir() else path)
+    inside = part_of(path, COLOR)
+    color = pictures(inside if inside.is_dir() else path)
     if not color:
         raise BadInput(f"{path}: no color/ and depth/ folders, and no images either; this is not a take")
     height, width = picture(color[0]).shape[:2]
-    known = (path / "camera_intrinsic.json").is_file()
+    intrinsics = part_of(path, INTRINSICS)
+    known = intrinsics.is_file()
     size = (width, height)
-    camera = read_intrinsics(path / "camera_intrinsic.json", size) if known else assumed_camera(*size, focal)
+    camera = read_intrinsics(intrinsics, size) if known else assumed_camera(*size, focal)
     rate = rate or RATE
     guessed = not known and focal is None
     notes = (f"{path}: no depth images; tracked from colour alone",)
@@ -76,6 +82,12 @@ def read_images(path: Path, rate: float | None = None, focal: float | None = Non
             yield RGBDFrame(picture(file), None, i / rate)
 
     return RgbdTake(path.name, camera, rate, len(color), False, frames, guessed_camera=guessed, notes=notes)
+
+
+def part_of(folder: Path, names: Sequence[str]) -> Path:
+    """What a take's folder calls one of its parts, whatever its capitals; the first name where none is there."""
+    there = {entry.name.lower(): entry for entry in sorted(folder.iterdir(), reverse=True)}
+    return next((there[name] for name in names if name in there), folder / names[0])
 
 
 def pictures(folder: Path) -> list[Path]:
@@ -131,7 +143,7 @@ def _camera_for(path: Path, color: Path, depth: Path) -> tuple[Camera, tuple[str
         BadInput: the sizes show different views.
     """
     size = _read(color, lambda image: image.size)
-    camera = read_intrinsics(path / "camera_intrinsic.json", size)
+    camera = read_intrinsics(part_of(path, INTRINSICS), size)
     others = {"depth": _read(depth, lambda image: image.size), "camera_intrinsic.json": (camera.width, camera.height)}
     sizes = {"colour": size, **others}
     (width, height), told = sizes["colour"], ", ".join(f"{name} {w} x {h}" for name, (w, h) in sizes.items())

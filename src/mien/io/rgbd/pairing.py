@@ -70,12 +70,18 @@ def pair_images(folder: Path, color: Sequence[Path], depth: Sequence[Path]) -> P
 
 
 def _numbers(files: Sequence[Path]) -> np.ndarray | None:
-    """The last number in each name, None unless every name has one of its own and they grow."""
+    """The last number in the names that differs from name to name; None where there is none.
+
+    A number that all names share, as a camera's or a format's, says nothing.
+    """
     found = [_NUMBER.findall(file.stem) for file in files]
     if not files or not all(found):
         return None
-    values = np.array([float(each[-1]) for each in found])
-    return values if len(np.unique(values)) == len(values) else None
+    for place in range(-1, -1 - min(map(len, found)), -1):
+        values = np.array([float(each[place]) for each in found])
+        if len(np.unique(values)) == len(values):
+            return values
+    return None
 
 
 def _nearest(color: np.ndarray, depth: np.ndarray) -> list[tuple[int, int]]:

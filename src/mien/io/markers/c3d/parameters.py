@@ -50,9 +50,9 @@ class C3dHeader:
 
     @property
     def frames(self) -> int | None:
-        """None where the header cannot say."""
+        """None where the header cannot say: frames count from 1, and 0 is what writers leave that do not fill it in."""
         count = self.last_frame - self.first_frame + 1
-        return count if count > 0 and self.last_frame < LARGEST_WORD else None
+        return count if count > 0 and 0 < self.last_frame < LARGEST_WORD else None
 
 
 @dataclass(frozen=True)
