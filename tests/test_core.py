@@ -13,7 +13,7 @@ import pytest
 import mien
 
 OF_ONE_EXTRA = ("mien.io.usd.",)
-EXTRAS = ("mediapipe", "cv2", "rosbags", "lzfse", "viser", "pxr")
+EXTRAS = ("mediapipe", "cv2", "rosbags", "lzfse", "viser", "pxr", "pythonosc")
 
 PROGRAM = f"""
 import importlib, pkgutil, sys
@@ -33,10 +33,12 @@ face = mien.load_face()
 import numpy as np
 assert face.rig.vertices(np.zeros(len(face.rig.names))).shape == face.rig.neutral.vertices.shape
 from mien.landmarks.detector import require_landmarker
+from mien.stream.vmc import require_osc
 for extra, call in (
     ("mien[landmarks]", require_landmarker),
     ("mien[realsense]", lambda: mien.read_rgbd(BAG)),
     ("mien[record3d]", lambda: mien.read_rgbd(R3D)),
+    ("mien[stream]", require_osc),
     ("mien[usd]", lambda: mien.write_rig("a.usd", face.rig)),
 ):
     try:

@@ -13,7 +13,7 @@ FLOORS = [
     {"clip", "depth", "solve", "flow"},
     {"register", "rig"},
     {"io", "pictures"},
-    {"faces"},
+    {"faces", "stream"},
     {"landmarks", "image_space", "takes"},
     {"fitting"},
     {"markers", "scans", "tracking", "blendshapes", "detail", "light", "stage"},

@@ -9,7 +9,7 @@ from cyclopts import Parameter
 
 from ..errors import BadInput
 from ..files import existing
-from ..io.livelink import read_live_link, write_live_link
+from ..io.livelink import LiveLinkTake, read_live_link, write_live_link
 from ..io.markers import READERS as MARKERS
 from ..io.markers import read_marker_file, write_c3d
 from ..io.meshes import SUFFIXES as SCANS
@@ -20,6 +20,7 @@ from ..io.name_map import read_name_map
 from ..io.performances import READ as FACES
 from ..io.performances import WRITTEN, read_any_performance, write_any_performance
 from ..io.rigs import read_any_rig, write_any_rig
+from ..stream.receive import RECORDING, read_recording, take_of
 from .bar import bar
 from .options import use_only, verb
 from .outputs import ANY, FOLDER, check_outputs
@@ -88,6 +89,16 @@ def _live_link(source: Path, output: Path, options: ConvertOptions) -> None:
     take = read_live_link(source, options.rate)
     for line in take.notes:
         tell(line)
+    _play(take, output, options)
+
+
+def _packets(source: Path, output: Path, options: ConvertOptions) -> None:
+    packets = read_recording(source)
+    _play(take_of(packets), output, options)
+
+
+def _play(take: LiveLinkTake, output: Path, options: ConvertOptions) -> None:
+    """A take of weights on the rig that is named, else on the bundled face."""
     given = {} if options.map is None else read_name_map(options.map)
     if options.rig is not None:
         play_on(take.alone(), options.rig, output, given, correctives=False)
@@ -143,6 +154,7 @@ class Way:
 WAYS = (
     Way("a marker take to .c3d", MARKERS, (".c3d",), _markers, ("units", "rate", "markers")),
     Way("a Live Link Face .csv to .glb or .usd", (".csv",), WRITTEN, _live_link, ("rate", "rig", "map")),
+    Way("a recording of Live Link packets to .glb or .usd", (RECORDING,), WRITTEN, _packets, ("rig", "map")),
     Way("a performance (.glb, .usd) to .csv (Live Link Face)", FACES, (".csv",), _to_live_link),
     Way("a performance to a folder (a mesh a frame)", FACES, ("",), _to_sequence, ("frames_as", "still_head")),
     Way("a rig or performance of any program to .glb or .usd", FACES, WRITTEN, _face),

@@ -39,6 +39,7 @@ PIPELINE = {
     "view": "Faces in the browser, moving.",
     "render": "Pictures, contact sheets and films.",
     "convert": "From one format to another.",
+    "stream": "To avatar programs and engines, over the network.",
     "fetch": "Bring the landmark model.",
 }
 """One line a verb, so that `--help` need not import them all."""

@@ -46,6 +46,20 @@ class Pages:
         return NamedPages(beside(output, self.picture, ".png"), beside(output, self.report, ".html"))
 
 
+CAMERA, LIVE_LINK = "live", "livelink"
+"""Words that stand for this computer's camera, and for the Live Link Face app, in place of a take."""
+
+
+@dataclass(frozen=True)
+class CameraOptions:
+    """How this computer's camera is used."""
+
+    seconds: float = 10.0
+    """How long to look through a camera, or to listen to the app."""
+    device: str | None = None
+    """Which camera, as FFmpeg calls it (/dev/video0); without it the first."""
+
+
 @dataclass(frozen=True)
 class PicturesReading:
     """How an RGB-D take or a video is read."""

@@ -1,6 +1,6 @@
 """`mien track`: an RGB-D take, or a video, becomes an animated face."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -23,23 +23,20 @@ from .bar import bar
 from .options import refuse_unused, verb
 from .outputs import check_outputs
 from .personalize import beside
-from .shared_options import NamedPages, Pages, PicturesReading, read_pictures, tell_notes
-
-CAMERA = "live"
-"""The word that stands for this computer's camera in place of a take."""
+from .record_live_link import record_live_link
+from .shared_options import (
+    CAMERA,
+    LIVE_LINK,
+    CameraOptions,
+    NamedPages,
+    Pages,
+    PicturesReading,
+    read_pictures,
+    tell_notes,
+)
 
 SHEET_FRAMES = 6
 """Frames on the contact sheet: a page's width."""
-
-
-@dataclass(frozen=True)
-class CameraOptions:
-    """How this computer's camera is used."""
-
-    seconds: float = 10.0
-    """How long to look through a camera."""
-    device: str | None = None
-    """Which camera, as FFmpeg calls it (/dev/video0); without it the first."""
 
 
 @verb
@@ -51,6 +48,7 @@ def track(
     device: Annotated[CameraOptions, Parameter(name="*")] = CameraOptions(),
     reading: Annotated[PicturesReading, Parameter(name="*")] = PicturesReading(),
     rate: float | None = None,
+    listen: str | None = None,
     pages: Annotated[Pages, Parameter(name="*")] = Pages(),
     config: Annotated[TrackTakeConfig, Parameter(name="*")] = TrackTakeConfig(),
 ) -> None:
@@ -59,8 +57,8 @@ def track(
     Parameters
     ----------
     take
-        An RGB-D folder, a Record3D .r3d, a RealSense .bag, a video, a folder of colour images; or the word live, for
-        this computer's camera (colour alone).
+        An RGB-D folder, a Record3D .r3d, a RealSense .bag, a video, a folder of colour images; or a word: live, for
+        this computer's camera (colour alone), or livelink, for the Live Link Face app of an iPhone.
     rig
         The person's rig (.glb or .usd, from `mien personalize`). Without it the bundled average face is used: fit for
         a video, poor for depth.
@@ -68,7 +66,15 @@ def track(
         Where the animated face goes (.glb, .usd).
     rate
         Frames a second, instead of what the take says.
+    listen
+        For livelink: where packets come in, HOST:PORT; by default port 11111 on every network of this computer.
     """
+    if str(take) == LIVE_LINK:
+        check_outputs({"an animated face": output}, inputs=[rig])
+        refuse_unused("for the Live Link Face app", "device.device", "reading", "rate", "pages", "config")
+        record_live_link(listen, rig, output, device.seconds)
+        return
+    refuse_unused("without livelink", "listen")
     camera = str(take) == CAMERA
     named = None if camera else pages.named_by(output)
     made: dict[str, Path | None] = {"an animated face": output, **(named.outputs if named else {})}

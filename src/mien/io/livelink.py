@@ -47,7 +47,7 @@ class LiveLinkTake:
 
     def rotations(self) -> Float[np.ndarray, "frames 3 3"]:
         """The head's rotation in face space."""
-        return Rotation.from_euler("YXZ", self.head * (1, -1, -1)).as_matrix()
+        return rotations_of(self.head)
 
     def match_to(self, names: Sequence[str], given: Mapping[str, str] | None = None) -> NameMatch:
         """How the take drives shapes of these names; `given` are pairs by hand.
@@ -115,23 +115,18 @@ def read_live_link(path: str | Path, rate: float | None = None) -> LiveLinkTake:
     return LiveLinkTake(columns.names, table[:, :n], table[:, n : n + 3], table[:, n + 3 :], clock.rate, tracked, notes)
 
 
-def write_live_link(path: str | Path, performance: Performance, centre: bool = True) -> None:
+def write_live_link(path: str | Path, performance: Performance, centre: bool | None = None) -> None:
     """Write a performance as Live Link Face CSV; shapes that the rig does not have are 0, its others are left out.
 
     Names may be spelled otherwise (`rig.shape_names`); weights are cut to 0..1. Time codes start at 0 and count
     whole frames a second, so a rate of 59.94 is read as 60. Untracked frames are written as they stand. With
-    `centre` yaw counts from where the face looks on average: a lab's axes know no front.
+    `centre` yaw counts from where the face looks on average: a lab's axes know no front. By default it does, unless the
+    head turns in place, as it does in a take that was a Live Link one: there yaw has its front already.
 
     Raises:
         BadInput: the rig has no ARKit shape, or the folder does not exist.
     """
-    rig = performance.rig
-    match = match_names(rig.names, NAMES)
-    if not match.moved:
-        raise BadInput(f"{path}: the rig has no ARKit shape (has {', '.join(rig.names[:3])}, ...): nothing to write")
-    weights = np.clip(match.weights(performance.weights), 0.0, 1.0)
-    eyes = eye_angles(dict(zip(NAMES, weights.T, strict=True)))
-    table = np.concatenate([weights, head_angles(performance, centre), eyes], axis=1)
+    table = live_link_rows(performance, centre)
     rate = max(1, round(performance.rate))
     with whole(path) as temporary, temporary.open("w") as file:
         file.write(",".join(("Timecode", "BlendShapeCount", *SHAPES, *HEAD, *EYES)) + "\n")
@@ -141,6 +136,23 @@ def write_live_link(path: str | Path, performance: Performance, centre: bool = T
             file.write(f"{code},{table.shape[1]}," + ",".join(f"{value:.8f}" for value in row) + "\n")
 
 
+def live_link_rows(performance: Performance, centre: bool | None = None) -> Float[np.ndarray, "frames values"]:
+    """Weights in 0..1 and angles in radians, in the app's order; see `write_live_link`.
+
+    Raises:
+        BadInput: the rig has no ARKit shape.
+    """
+    names = performance.rig.names
+    match = match_names(names, NAMES)
+    if not match.moved:
+        raise BadInput(f"the rig has no ARKit shape (has {', '.join(names[:3])}, ...): Live Link has nothing to show")
+    weights = np.clip(match.weights(performance.weights), 0.0, 1.0)
+    eyes = eye_angles(dict(zip(NAMES, weights.T, strict=True)))
+    if centre is None:
+        centre = bool(performance.T_world_face.translation.any())
+    return np.concatenate([weights, head_angles(performance, centre), eyes], axis=1)
+
+
 def head_angles(performance: Performance, centre: bool = True) -> Float[np.ndarray, "frames 3"]:
     """Yaw, pitch, roll of the head in Live Link's sense, radians; `centre` as in `write_live_link`."""
     rotations = performance.T_world_face.rotation
@@ -148,6 +160,11 @@ def head_angles(performance: Performance, centre: bool = True) -> Float[np.ndarr
         x, _, z = rotations[:, :, 2].mean(axis=0)
         rotations = Rotation.from_euler("Y", -np.arctan2(x, z)).as_matrix() @ rotations
     return Rotation.from_matrix(rotations).as_euler("YXZ") * (1, -1, -1)
+
+
+def rotations_of(angles: Float[np.ndarray, "frames 3"]) -> Float[np.ndarray, "frames 3 3"]:
+    """The head's rotation in face space from Live Link's yaw, pitch, roll."""
+    return Rotation.from_euler("YXZ", angles * (1, -1, -1)).as_matrix()
 
 
 def eye_angles(weights: dict[str, Float[np.ndarray, " frames"]]) -> Float[np.ndarray, "frames 6"]:
