@@ -12,6 +12,7 @@ export OPENBLAS_NUM_THREADS ?= 1
 .PHONY: demo test lint bench clean setup house mutants
 
 demo: $(STAMP)
+	@echo "a performer is staged, recorded and solved: about a minute, and once 20 s more to compile"
 	$(BIN)/mien demo markers
 
 # The types are checked beside the tests: one process leaves a core idle.
@@ -39,6 +40,7 @@ mutants: setup
 	$(BIN)/python tools/mutants.py $(STEPS)
 
 $(STAMP): pyproject.toml
+	@echo "installing into $(VENV), once: a minute or two"
 	@if command -v uv >/dev/null 2>&1; then \
 	  test -x $(BIN)/python || uv venv -q --python $(PYTHON) $(VENV); \
 	  uv pip install -q --python $(BIN)/python -e '.[$(EXTRAS),dev]'; \

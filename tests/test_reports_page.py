@@ -70,3 +70,13 @@ def test_report_tables_set_numbers_flush_right():
 def test_report_takes_a_film_by_path(tmp_path):
     (tmp_path / "a.mp4").write_bytes(b"\x00film")
     assert "data:video/mp4;base64,AGZpbG0=" in Report("x").video(tmp_path / "a.mp4").html()
+
+
+def test_pages_within_and_folded_parts():
+    report = Report("a").verdict("Good: & fast").page("<p id='x'>moves</p>", "the face")
+    report.folded("figures", Report("").table([("a", 1)]))
+    text = report.html()
+    assert 'srcdoc="&lt;p id=&#x27;x&#x27;&gt;moves' in text
+    assert '<p class="verdict">Good: &amp; fast</p>' in text
+    assert text.index("<details><summary>figures") < text.index("<table>") < text.index("</details>")
+    assert text.count("<h1>") == 1

@@ -1,5 +1,6 @@
 // The studio's page: loads the scene, makes a face of each thing, and lets them be played and looked at.
 import * as THREE from "three";
+import { Alive } from "./alive.js";
 import { Clock } from "./clock.js";
 import { button, choice, heading, make, row, save, toggle } from "./dom.js";
 import { GpuFace } from "./gpu_face.js";
@@ -30,7 +31,7 @@ class Studio {
     const palette = paletteOf(file);
     this.shown = header.faces.map((one) => {
       const face = new GpuFace(one, file, palette), motion = one.motion && new Motion(one.motion, file);
-      return { name: one.name, face, motion, view: this.stage.add(face), weights: new Float32Array(one.names.length), held: new Map() };
+      return { name: one.name, face, motion, view: this.stage.add(face), weights: new Float32Array(one.names.length), held: new Map(), alive: motion && new Alive(one.names, motion) };
     });
     this.current = this.shown[0];
     const moving = this.shown.filter((one) => one.motion);
@@ -44,10 +45,13 @@ class Studio {
     this.compare();
     this.page(header);
     this.clock.listen(() => this.show());
+    const opening = (window.MIEN_OPENING ?? new URLSearchParams(location.search).get("opening") ?? "").split(",");
     this.stage.frame("front");
     this.clock.set(0);
     this.stage.draw();
     this.stage.renderer.getContext().finish();
+    if (opening.includes("alive")) this.livelier?.press(true);
+    if (opening.includes("play")) this.timeline?.play.press(true);
     this.cost = { decode_ms: decoded - began, start_ms: performance.now() - began, frame_bytes: Math.max(0, ...moving.map(({ motion }) => 4 * (motion.shapes + 7))) };
     told.textContent = `${this.current.face.told.fine.toLocaleString("en")} vertices, ${this.current.face.names.length} shapes; started in ${(this.cost.start_ms / 1000).toFixed(1)} s, ${this.cost.frame_bytes} bytes a frame`;
   }
@@ -72,6 +76,10 @@ class Studio {
     const limit = make("input", { type: "range", min: 0.5, max: 20, step: 0.5, value: 5, hidden: true, ariaLabel: "millimetres at the top of the scale", on: { input: () => { uniform("limit")(Number(limit.value)); told.textContent = `blue 0 mm, yellow ${limit.value} mm`; } } });
     panel.append(row(surface, toggle("wireframe", every(({ view }, value) => { view.wireframe = value; })), toggle("hold the head", (on) => { this.stillHead = on; this.show(); })), limit);
     if (this.clouds.length) panel.append(row(toggle("markers", (on) => { for (const cloud of this.clouds) cloud.points.visible = on; this.stage.touch(); }, true)));
+    if (this.shown.some(({ alive }) => alive?.any)) {
+      this.livelier = toggle("eyes alive (made up)", (on) => { this.lively = on; this.show(); });
+      panel.append(row(this.livelier));
+    }
     panel.append(row(button("screenshot", () => this.screenshot())));
     if (this.shown.length > 1) panel.append(row(choice("face", this.shown.map(({ name }, i) => [i, name]), 0, (i) => this.turnTo(this.shown[i]))));
     if (this.current.face.names.length) this.sliders = new Sliders(panel, this);
@@ -92,6 +100,9 @@ class Studio {
     }
   }
 
+  // Shapes that sliders held follow the take again.
+  release() { for (const { held } of this.shown) held.clear(); }
+
   choose(k) { if (!this.chosen.delete(k)) this.chosen.add(k); this.show(); }
 
   // A slider was moved: the shape is held there, on top of what plays.
@@ -102,6 +113,7 @@ class Studio {
     for (const one of this.shown) {
       const { face, motion, weights, held } = one;
       if (motion) motion.weightsAt(time, weights);
+      if (motion && this.lively) one.alive.apply(time, weights);
       for (const [k, value] of held) weights[k] = value;
       face.setWeights(weights);
       if (motion && !this.stillHead) face.setPose(motion.poseAt(time, this.pose)); else face.setPose(this.pose.identity());

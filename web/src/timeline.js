@@ -9,7 +9,7 @@ export class Timeline {
   constructor(place, studio) {
     this.studio = studio;
     const { clock } = studio;
-    this.play = toggle("play", (on) => { if (on && clock.time >= clock.duration) clock.set(0); clock.playing = on; });
+    this.play = toggle("play", (on) => { if (on) studio.release(); if (on && clock.time >= clock.duration) clock.set(0); clock.playing = on; });
     this.play.id = "play";
     this.told = make("output", { id: "time" });
     const speed = choice("speed", SPEEDS.map((x) => [x, `${x} x`]), 1, (value) => { clock.speed = Number(value); });

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, MofNCompleteColumn, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bars
 
 
@@ -28,6 +28,7 @@ class Bar:
 def bar() -> Iterator[Bar]:
     """A progress bar while the block runs."""
     columns = [
+        SpinnerColumn(),
         TextColumn("{task.description:<34}"),
         BarColumn(),
         MofNCompleteColumn(),

@@ -1,5 +1,7 @@
 """`mien demo`: the whole of one system on the bundled actor."""
 
+import sys
+import webbrowser
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -9,51 +11,81 @@ from ..landmarks.detector import require_landmarker
 from .options import refuse_unused, verb
 from .outputs import FOLDER, check_outputs
 
+FOLDERS = Path("demo")
+"""Each system's results go into a folder of its own below this one."""
+
 
 @verb
 def demo(
     what: Literal["markers", "scans", "rgbd", "detail"] = "markers",
     *,
-    output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("demo"),
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     seed: int = 1,
     seconds: float | None = None,
     markers: int | None = None,
+    figures: bool = False,
+    open_page: Annotated[bool, Parameter(name="--open")] = True,
 ) -> None:
-    """Stage a performance, record it with faults, solve it, score it against the truth, and show it.
+    """Stage a performance, record it with faults, solve it, score it against the truth, and show it moving.
+
+    On two cores markers take about a minute, rgbd two (five with --figures), scans and detail five.
 
     Parameters
     ----------
     what
         Which system.
     output
-        Folder for the results; made if need be.
+        Folder for the results, made if need be; demo/markers, demo/scans, ... where not given.
     seed
         Which performer.
     seconds
-        Length of the take; 20 for markers, 12 for the others where not given.
+        Length of the take; 12 where not given.
     markers
         How many markers the performer wears; 178 for detail, 100 for the others where not given.
+    figures
+        Redraw the paper's figures too, stages left out one by one (rgbd).
+    open_page
+        Open the page in the browser where a person is watching; --no-open leaves it.
     """
-    check_outputs({FOLDER: output})
+    folder = FOLDERS / what if output is None else output
+    check_outputs({FOLDER: folder})
     if what == "rgbd":
         refuse_unused("in `demo rgbd`, whose film has none", "markers")
+    else:
+        refuse_unused(f"in `demo {what}`, which has no stages to leave out", "figures")
     if what == "detail":
         refuse_unused("in `demo detail`, whose clips are of one length", "seconds")
-        output.mkdir(parents=True, exist_ok=True)
+    if what in ("scans", "rgbd"):
+        require_landmarker()
+    folder.mkdir(parents=True, exist_ok=True)
+    run(what, folder, seed, SECONDS if seconds is None else seconds, markers, figures)
+    if open_page and sys.stdout.isatty() and (folder / "report.html").is_file():
+        webbrowser.open((folder / "report.html").absolute().as_uri())
+
+
+def run(what: str, folder: Path, seed: int, seconds: float, markers: int | None, figures: bool) -> None:
+    """One system's demonstration."""
+    print(f"mien: {what}: {TAKES[what]}; the first run compiles for some 20 s more", file=sys.stderr, flush=True)
+    if what == "detail":
         from .demo_detail import demo_detail
 
-        return demo_detail(output, seed, markers or 178)
-    if what != "markers":
-        require_landmarker()
-    output.mkdir(parents=True, exist_ok=True)
-    if what == "rgbd":
+        demo_detail(folder, seed, markers or 178)
+    elif what == "rgbd":
         from .demo_rgbd import demo_rgbd
 
-        return demo_rgbd(output, seed, seconds)
-    if what == "scans":
+        demo_rgbd(folder, seed, seconds, figures)
+    elif what == "scans":
         from .demo_scans import demo_scans
 
-        return demo_scans(output, seed, seconds, markers or 100)
-    from .demo_markers import demo_markers
+        demo_scans(folder, seed, seconds, markers or 100)
+    else:
+        from .demo_markers import demo_markers
 
-    demo_markers(output, seed, 20.0 if seconds is None else seconds, markers or 100)
+        demo_markers(folder, seed, seconds, markers or 100)
+
+
+TAKES = {"markers": "about a minute", "rgbd": "two minutes", "scans": "five minutes", "detail": "five minutes"}
+"""On two cores."""
+
+SECONDS = 12.0
+"""Of a take where nothing is said."""

@@ -11,7 +11,9 @@ def demo_markers(folder: Path, seed: int, seconds: float, count: int) -> None:
     from ..markers.pipeline import solve_take
     from ..pictures import write_png
     from ..reports.markers import preview, take_report
+    from ..reports.verdict import truth_verdict
     from ..stage import make_performer, marker_layout, perform, score_performance, scripted
+    from ..viewer.moving_page import ALIVE, moving_page
     from .bar import bar
     from .solve import summary
 
@@ -30,7 +32,9 @@ def demo_markers(folder: Path, seed: int, seconds: float, count: int) -> None:
         write_png(folder / "preview.png", picture)
         progress.update("scoring against the truth", 0, 1)
         score = score_performance(solved.performance, take.truth)
-        report = take_report("take.c3d", solved, picture)
+        moving = moving_page(solved.performance, "perf.glb", opening=ALIVE)
+        verdict = truth_verdict(score.ratio, score.ratio_strongest)
+        report = take_report("take.c3d", solved, picture, [verdict], moving)
         report.heading("Against the truth").text(
             "The performer is nobody the identity space knows, and makes every expression in their own way. The frozen "
             "baseline is the right person in the right pose with one fixed mean expression."
@@ -39,6 +43,6 @@ def demo_markers(folder: Path, seed: int, seconds: float, count: int) -> None:
         report.write(folder / "report.html")
         progress.update("scoring against the truth", 1, 1)
     print(summary(solved))
-    for row in score.rows():
-        print("  ".join(str(cell) for cell in row))
-    print(f"{folder}/: take.c3d  perf.glb  preview.png  report.html")
+    print(verdict)
+    print(f"{folder}/: take.c3d  perf.glb  preview.png  report.html (open it: the face moves there)")
+    print(f"next: mien view {folder}/perf.glb {folder}/take.c3d")

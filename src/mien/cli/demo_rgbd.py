@@ -7,29 +7,30 @@ import numpy as np
 from scipy.ndimage import minimum_filter
 
 RATE = 30.0
-SECONDS = 12.0
 APART_S = 0.05
 """Between the shades of two expressions on a chart there is twice this, seconds."""
 
 
-def demo_rgbd(folder: Path, seed: int, seconds: float | None) -> None:
+def demo_rgbd(folder: Path, seed: int, seconds: float, figures: bool) -> None:
     """Leaves take/, rig.glb, perf.glb, preview.png and report.html in `folder`."""
     from ..experiments.tracking_ablation import Remembered, compare, left_out
     from ..io.gltf import write_performance, write_rig
     from ..io.rgbd import read_rgbd, write_rgbd
     from ..pictures import write_png
     from ..reports.tracking import preview, take_report, weights_section
+    from ..reports.verdict import truth_verdict
     from ..stage import score_performance
     from ..tracking.model import tracking_model
     from ..tracking.person.personalize import personalize
     from ..tracking.pipeline import track_take
+    from ..viewer.moving_page import moving_page
     from .bar import bar
     from .personalize import beside
     from .track import summary
 
     eyes = Remembered()
     with bar() as progress:
-        script, staged = stage(seed, SECONDS if seconds is None else seconds)
+        script, staged = stage(seed, seconds)
         write_rgbd(folder / "take", staged.take, color="jpg", progress=progress)
         take = read_rgbd(folder / "take")
         person = personalize(take, progress=progress)
@@ -39,18 +40,22 @@ def demo_rgbd(folder: Path, seed: int, seconds: float | None) -> None:
         write_performance(folder / "perf.glb", tracked.performance)
         picture = preview(take, tracked, shown(script), progress=progress)
         write_png(folder / "preview.png", picture)
-        study = compare(take, tracking_model(person.rig, person.landmarks), eyes, left_out(), progress=progress)
         score = score_performance(tracked.performance, staged.truth)
+        verdict = truth_verdict(score.ratio, score.ratio_strongest)
         report = take_report(replace(take, name="A staged film"), tracked, picture, spans=spans(script))
+        report.verdict(verdict).page(moving_page(tracked.performance, "perf.glb"))
         add_truth(report, score, staged.truth, tracked, eyes)
-        add_stages(report, study, staged.truth)
-        add_learning(report, study, tracked, script)
+        if figures:
+            model = tracking_model(person.rig, person.landmarks)
+            study = compare(take, model, eyes, left_out(), progress=progress)
+            add_stages(report, study, staged.truth)
+            add_learning(report, study, tracked, script)
         weights_section(report, tracked.performance)
         report.write(folder / "report.html")
     print(summary(folder / "perf.glb", tracked, take))
-    for row in score.rows():
-        print("  ".join(cell for cell in row if cell))
-    print(f"{folder}/: take/  rig.glb  perf.glb  preview.png  report.html")
+    print(verdict)
+    print(f"{folder}/: take/  rig.glb  perf.glb  preview.png  report.html (open it: the face moves there)")
+    print(f"next: mien view {folder}/perf.glb; mien demo rgbd --figures takes the tracker apart, stage by stage")
 
 
 def stage(seed: int, seconds: float):

@@ -9,7 +9,7 @@ SCANS = 6
 """Scans of the demonstration; the paper has about 20."""
 
 
-def demo_scans(folder: Path, seed: int, seconds: float | None, count: int) -> None:
+def demo_scans(folder: Path, seed: int, seconds: float, count: int) -> None:
     """Leaves take.c3d, selection.json, scans/, rig.glb, perf.glb, preview.png, scans.png, report.html in `folder`."""
     from ..faces import load_face
     from ..io.gltf import write_performance, write_rig
@@ -22,10 +22,11 @@ def demo_scans(folder: Path, seed: int, seconds: float | None, count: int) -> No
     from ..scans.scan_files import match_scans
     from ..scans.scan_rig import record_beside, write_record
     from ..scans.select.take_selection import read_selection
+    from ..viewer.moving_page import moving_page
     from .bar import bar
 
     with bar() as progress:
-        staged = stage(folder, seed, seconds or 12.0, count, progress)
+        staged = stage(folder, seed, seconds, count, progress)
         recorded, config = read_markers(folder / "take.c3d"), ScansConfig(density=1)
         files, _ = match_scans(folder / "scans", read_selection(folder / "selection.json").frames)
         scans, frames = [replace(f.read(), name=f.name) for f in files], [f.frame for f in files]
@@ -40,6 +41,7 @@ def demo_scans(folder: Path, seed: int, seconds: float | None, count: int) -> No
         write_png(folder / "scans.png", registered_sheet(found, distances))
         report = scans_report("Markers and scans to a performance", found, distances, config)
         rows = add_truth(report, staged, found, solved, recorded, frames, progress)
+        report.page(moving_page(solved.performance, "perf.glb"), "Drag to turn, wheel to come nearer; space plays.")
         report.write(folder / "report.html")
     for row in rows:
         print("  ".join(str(cell) for cell in row))

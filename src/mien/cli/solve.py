@@ -18,6 +18,7 @@ from ..reports.page import Report
 from ..rig import Performance
 from ..scans.scan_rig import record_beside
 from ..takes.face_cluster import find_face
+from ..viewer.moving_page import moving_page
 from .bar import bar
 from .options import refuse_unused, verb
 from .outputs import check_outputs
@@ -76,7 +77,8 @@ def solve(
         solved = solve_take(worn, face, by_hand, told, progress)
         image = preview(solved, progress=progress)
     notes = [*file.warnings, *found.lines]
-    page = take_report(take.name, solved, image, notes)
+    moving = moving_page(solved.performance, output.name)
+    page = take_report(take.name, solved, image, notes, moving)
     write_results(output, solved.performance, named, image, page)
     if save_attach:
         on_face = solved.markers.labels

@@ -19,6 +19,7 @@ from ..progress import Progress
 from ..reports.markers import telling_frames
 from ..reports.tracking import preview, take_report, weights_section
 from ..tracking.pipeline import Tracked, TrackTakeConfig, check_shapes, track_take
+from ..viewer.moving_page import moving_page
 from .bar import bar
 from .options import refuse_unused, verb
 from .outputs import check_outputs
@@ -120,6 +121,7 @@ def show(take: RgbdTake, tracked: Tracked, pages: NamedPages, progress: Progress
     image = preview(take, tracked, frames, progress=progress)
     write_png(pages.picture, image)
     report = take_report(take, tracked, image)
+    report.page(moving_page(tracked.performance, take.name), "Drag to turn, wheel to come nearer; space plays.")
     weights_section(report, tracked.performance).write(pages.report)
 
 

@@ -14,6 +14,7 @@ from ..pictures.view import View
 from ..progress import SILENT, Progress
 from ..rig import Performance
 from .page import Report
+from .verdict import solve_verdict
 
 PREVIEW_FRAMES = 8
 
@@ -34,9 +35,7 @@ def telling_frames(performance: Performance, count: int = PREVIEW_FRAMES) -> lis
     return sorted(int(usable[i]) for i in chosen)
 
 
-def preview(
-    solved: TakeSolve, size: int = 420, progress: Progress = SILENT
-) -> UInt8[np.ndarray, "h w 3"]:
+def preview(solved: TakeSolve, size: int = 420, progress: Progress = SILENT) -> UInt8[np.ndarray, "h w 3"]:
     """A contact sheet of telling frames, the recorded markers drawn on the face."""
     performance, markers = solved.performance, solved.markers
     frames = telling_frames(performance)
@@ -66,28 +65,67 @@ def with_dots(
 
 
 def take_report(
-    name: str, solved: TakeSolve, picture: UInt8[np.ndarray, "h w 3"], notes: Sequence[str] = ()
+    name: str,
+    solved: TakeSolve,
+    picture: UInt8[np.ndarray, "h w 3"],
+    notes: Sequence[str] = (),
+    moving: str | None = None,
 ) -> Report:
-    """The report of `mien solve`: picture, figures, residuals by marker and over time, the weights that moved."""
-    performance, residuals, markers = solved.performance, solved.residuals, solved.markers
+    """The report of `mien solve`: verdict, the moving face (a page), worst markers, what to do; the rest is folded."""
+    markers = solved.markers
     report = Report(f"{name}: markers to an animated face", _lead(solved, markers))
+    report.verdict(solve_verdict(float(np.nanmean(solved.residuals)), solved.left_out.left_out_share))
+    if moving is not None:
+        report.page(moving, "Drag to turn, wheel to come nearer; space plays.")
     report.figure(picture, "Frames that differ most. Dots are the recorded markers, seen in the head's frame.")
-    report.heading("How good it is").table(_figures(solved, markers), ("", ""))
+    report.heading("The worst markers").table(worst_markers(solved), ("marker", "mean residual, mm", "seen"))
+    report.text(
+        "A marker that stands out was probably named wrongly, slid, or sits where skin slides over bone: look at it "
+        "with `mien view`, and leave it out with --markers if it is not the face's."
+    )
     for note in [*notes, *solved.lines, *_doubts(solved)]:
         report.text(note)
-    report.heading("Residual of every marker")
-    means = {n: float(m) for n, m in zip(markers.labels, _nanmean(residuals, 0), strict=True) if np.isfinite(m)}
-    report.chart(bar_chart(means, x_label="mean distance from marker to model, mm"))
+    report.folded("Figures", Report("").table(_figures(solved, markers), ("", "")))
+    report.folded("Residual of every marker, and over time", _residual_charts(solved))
+    return report.folded("Weights", _weight_charts(solved.performance))
+
+
+WORST = 5
+"""Markers that a report names first."""
+
+
+def worst_markers(solved: TakeSolve) -> list[tuple[str, float, str]]:
+    """Name, mean residual (mm) and share of frames seen of the markers that are met worst."""
+    means = _nanmean(solved.residuals, 0)
+    known = np.flatnonzero(np.isfinite(means))
+    worst = known[np.argsort(-means[known])][:WORST]
+    seen = solved.markers.seen.mean(axis=0)
+    return [(solved.markers.labels[i], float(means[i]), f"{seen[i]:.0%}") for i in worst]
+
+
+def _residual_charts(solved: TakeSolve) -> Report:
+    residuals, labels = solved.residuals, solved.markers.labels
+    means = {n: float(m) for n, m in zip(labels, _nanmean(residuals, 0), strict=True) if np.isfinite(m)}
+    part = Report("").chart(bar_chart(means, x_label="mean distance from marker to model, mm"))
+    times, every = _times(solved.performance)
+    series = {"mean over markers": (times, _nanmean(residuals, 1)[::every])}
+    return part.chart(line_chart(series, "seconds", "mm"), "Residual over time.")
+
+
+def _weight_charts(performance: Performance) -> Report:
+    times, every = _times(performance)
+    ranked = np.argsort(-performance.weights.std(axis=0))[:6]
+    lines = {performance.rig.names[k]: (times, performance.weights[::every, k]) for k in ranked}
+    part = Report("").chart(line_chart(lines, "seconds", "weight"), "The six shapes that move most.")
+    columns = zip(performance.rig.names, performance.weights.T, strict=True)
+    return part.table([(name, f"{w.mean():.3f}", f"{w.max():.2f}") for name, w in columns], ("shape", "mean", "most"))
+
+
+def _times(performance: Performance) -> tuple[np.ndarray, int]:
+    """Seconds of the frames that a chart shows, and every how many-th they are."""
     times = np.arange(len(performance)) / performance.rate
     every = max(1, len(times) // 1500)
-    series = {"mean over markers": (times[::every], _nanmean(residuals, 1)[::every])}
-    report.chart(line_chart(series, "seconds", "mm"), "Residual over time.")
-    report.heading("Weights")
-    ranked = np.argsort(-performance.weights.std(axis=0))[:6]
-    lines = {performance.rig.names[k]: (times[::every], performance.weights[::every, k]) for k in ranked}
-    report.chart(line_chart(lines, "seconds", "weight"), "The six shapes that move most.")
-    columns = zip(performance.rig.names, performance.weights.T, strict=True)
-    return report.table([(name, f"{w.mean():.3f}", f"{w.max():.2f}") for name, w in columns], ("shape", "mean", "most"))
+    return times[::every], every
 
 
 def _lead(solved: TakeSolve, markers: Markers) -> str:

@@ -29,6 +29,10 @@ p.lead { color: var(--soft); font-size: 1.05rem; }
 figure { margin: 1.6em 0; }
 figure img, figure video { display: block; max-width: 100%; height: auto; border-radius: 6px; }
 figcaption { color: var(--soft); font-size: 0.88rem; margin-top: 0.55em; max-width: 72ch; }
+figure iframe { display: block; width: 100%; border: 0; border-radius: 6px; }
+details { margin: 2em 0 0; padding-top: 1em; border-top: 1px solid var(--line); }
+summary { cursor: pointer; font-weight: 600; }
+p.verdict { font-size: 1.15rem; font-weight: 550; }
 .scroll { overflow-x: auto; margin: 1.2em 0; }
 table { border-collapse: collapse; font-size: 0.92rem; font-variant-numeric: tabular-nums; min-width: 50%; }
 th { text-align: left; font-weight: 600; color: var(--soft); border-bottom: 1px solid var(--ink); }
@@ -39,6 +43,9 @@ th:last-child, td:last-child { padding-right: 0; }
 code { font: 0.92em ui-monospace, SFMono-Regular, Menlo, Consolas, monospace; }
 @media print { main { max-width: none; padding: 0; } figure, tr { break-inside: avoid; } }
 """
+
+PAGE_HEIGHT = 640
+"""Pixels of a page within a report: it fits a laptop's screen."""
 
 
 class Report:
@@ -53,6 +60,11 @@ class Report:
     def heading(self, text: str) -> "Report":
         """Begin a section."""
         self._parts.append(f"<h2>{escape(text)}</h2>")
+        return self
+
+    def verdict(self, text: str) -> "Report":
+        """Add the sentence that a reader looks for first."""
+        self._parts.append(f'<p class="verdict">{escape(text)}</p>')
         return self
 
     def text(self, text: str) -> "Report":
@@ -92,6 +104,18 @@ class Report:
         """Add an MP4, given as its bytes or its path."""
         data = film if isinstance(film, bytes) else Path(film).read_bytes()
         self._figure(f'<video controls loop muted playsinline src="{_inline("video/mp4", data)}"></video>', caption)
+        return self
+
+    def page(self, html: str, caption: str = "", height: int = PAGE_HEIGHT) -> "Report":
+        """Add a whole page that runs within this one; `height` in pixels."""
+        inside = f'<iframe height="{height}" title="{escape(caption, quote=True)}" srcdoc="{escape(html, quote=True)}">'
+        self._figure(f"{inside}</iframe>", caption)
+        return self
+
+    def folded(self, title: str, part: "Report") -> "Report":
+        """Add the parts of another report, but for its title, behind a line that opens them."""
+        inside = "\n".join(part._parts[1:])
+        self._parts.append(f"<details><summary>{escape(title)}</summary>\n{inside}\n</details>")
         return self
 
     def html(self) -> str:

@@ -1,0 +1,16 @@
+import numpy as np
+
+from mien.reports.verdict import WORSE, grade, solve_verdict, truth_verdict
+
+
+def test_words_follow_the_share_that_is_missed():
+    assert [grade(share) for share in (0.2, 0.5, 0.9, 2.2)] == ["good", "fair", "poor", WORSE]
+
+
+def test_verdicts_are_sentences_without_wild_figures():
+    assert solve_verdict(0.17, 0.3).startswith("Good: 70% of what markers do")
+    assert "was not tried" in solve_verdict(0.17, np.nan)
+    told = truth_verdict(2.2, 0.4)
+    assert told.startswith(WORSE.capitalize())
+    assert "0% of the performer's expression" in told
+    assert "60% where it is strongest" in told
