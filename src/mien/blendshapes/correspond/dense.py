@@ -16,6 +16,7 @@ from ...image_space.features import LUMINANCE, detail
 from ...image_space.layout import sampled
 from ..cylinder_map import CYLINDER, CylinderMap
 from .landmarks import MapLandmarks, common_landmarks, opened
+from .matches import MatchConfig, grid_of, matched_motion
 from .occlusion import skin
 from .prewarp import prewarp
 
@@ -32,7 +33,7 @@ class WarpConfig:
     flow: FlowConfig | None = field(
         default_factory=lambda: FlowConfig(margin=24, coarsest=40, smoothness=3.0, constraint=1000.0)
     )
-    """The dense flow; None: the landmarks' triangles alone."""
+    """The dense flow; None: the landmarks' triangles alone, without matches."""
     pixel_mm: float = 0.8
     """Side of the pixels that the flow is found in, mm; no finer than the map's."""
     curvature: float = 0.6
@@ -43,6 +44,8 @@ class WarpConfig:
     """The pre-warp; off: the flow starts from nothing."""
     believed_mm: float = 6.0
     """Where the flow goes farther than this from the pre-warp it is cut to that, mm."""
+    matches: MatchConfig = field(default_factory=MatchConfig)
+    """Patches that are looked for before the flow; `rounds` 0: none, as in the paper."""
 
 
 @dataclass(frozen=True)
@@ -80,33 +83,50 @@ def warp(
     goals, starts = there[common], here[common]
     if pinned is not None:
         starts, goals = np.concatenate([starts, pinned.source]), np.concatenate([goals, pinned.target])
-    rows, columns = np.mgrid[: layout.shape[0], : layout.shape[1]]
-    grid = np.stack([columns, rows], -1).astype(float)
+    grid = grid_of(layout.shape)
     if expected is not None:
         grid = grid + expected
         goals = goals - sampled(expected, starts)
     rough = grid + (prewarp(starts, goals, layout.shape) if config.landmarks else 0.0)
     masks = skin(neutral, here), skin(source, there)
-    places = rough if config.flow is None else _refined(source, neutral, rough, masks, pinned, config)
+    places = rough
+    if config.flow is not None:
+        images = features(neutral, masks[0], config), features(source, masks[1], config)
+        places = _matched(images, rough, layout.pixel_mm, pinned, config.matches)
+        places = _refined(images, places, layout.pixel_mm, pinned, config)
     inside = sampled(masks[1].astype(float), places)[..., 0] > 0.5
     return SkinWarp(places, masks[0] & inside)
 
 
-def _refined(source, neutral, rough, masks, pinned, config: WarpConfig) -> Float[np.ndarray, "h w 2"]:
-    """Pre-warped places after the flow, found on coarser pixels."""
-    pixel = neutral.layout.pixel_mm
+def _matched(images, rough, pixel: float, pinned, config: MatchConfig) -> Float[np.ndarray, "h w 2"]:
+    """Pre-warped places after patches were found, in rounds, until none moves far."""
     step = max(1, round(config.pixel_mm / pixel))
-    first = features(neutral, masks[0], config)
-    second = features(source, masks[1], config)
-    placed = rough[::step, ::step]
-    target = sampled(second, placed)
+    held = None if pinned is None else pinned.source / step
+    places = rough
+    for _ in range(config.rounds):
+        target = sampled(images[1], places[::step, ::step])
+        motion = matched_motion(images[0][::step, ::step], target, config, held)
+        places = _carried(places, motion, step)
+        if np.linalg.norm(motion, axis=-1).max() * step * pixel < config.enough_mm:
+            break
+    return places
+
+
+def _refined(images, rough, pixel: float, pinned, config: WarpConfig) -> Float[np.ndarray, "h w 2"]:
+    """Pre-warped places after the flow, found on coarser pixels."""
+    step = max(1, round(config.pixel_mm / pixel))
+    target = sampled(images[1], rough[::step, ::step])
     held = None if pinned is None else FlowConstraints(pinned.source / step, pinned.source / step)
-    found = optical_flow(first[::step, ::step], target, None, held, config.flow)
+    found = optical_flow(images[0][::step, ::step], target, None, held, config.flow)
     flow = _cut(found.flow, config.believed_mm / (step * pixel))
     smooth = np.stack([gaussian_filter(flow[..., i], 0.7) for i in range(2)], -1)
-    rows, columns = np.mgrid[: neutral.layout.shape[0], : neutral.layout.shape[1]]
-    grid = np.stack([columns, rows], -1).astype(float)
-    return sampled(rough, grid + step * sampled(smooth, grid / step))
+    return _carried(rough, smooth, step)
+
+
+def _carried(places: np.ndarray, motion: np.ndarray, step: int) -> Float[np.ndarray, "h w 2"]:
+    """Places after a motion that was found on every `step`th pixel."""
+    grid = grid_of(places.shape)
+    return sampled(places, grid + step * sampled(motion, grid / step))
 
 
 def features(map_: CylinderMap, mask: Bool[np.ndarray, "h w"], config: WarpConfig) -> Float[np.ndarray, "h w 2"]:
