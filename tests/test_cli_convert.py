@@ -1,5 +1,6 @@
 """`mien convert`: every route, run as a user runs it."""
 
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -13,6 +14,7 @@ from marker_files import take, wide_csv
 from mesh_files import bumpy
 from mien.errors import BadInput
 from mien.io.gltf import read_performance, read_rig, write_performance
+from mien.io.live_link_table import EYES, HEAD, SHAPES
 from mien.io.livelink import read_live_link
 from mien.io.markers import read_marker_file, read_markers
 from mien.io.meshes import read_scan, write_mesh
@@ -106,3 +108,50 @@ def test_a_converted_take_keeps_labels_rate_unit_and_gaps(tmp_path):
     np.testing.assert_allclose(back.markers.positions, positions * 10, atol=1e-4)
     mien("convert", source, output=tmp_path / "six.c3d", markers="M[0-4],M7")
     assert read_markers(tmp_path / "six.c3d").labels == ("M0", "M1", "M2", "M3", "M4", "M7")
+
+
+def test_performance_to_alembic_usd_and_virtual_markers(tmp_path):
+    play = performance(4)
+    write_performance(tmp_path / "a.glb", play)
+    mien("convert", tmp_path / "a.glb", output=tmp_path / "a.abc", still_head=True)
+    assert (tmp_path / "a.abc").stat().st_size > 1000
+    mien("convert", tmp_path / "a.glb", output=tmp_path / "a.usdz")
+    mien("convert", tmp_path / "a.usdz", output=tmp_path / "b.glb")
+    np.testing.assert_allclose(read_performance(tmp_path / "b.glb").weights, play.weights, atol=1e-6)
+    mien("convert", tmp_path / "a.usdz", output=tmp_path / "a.c3d", count=20)
+    assert read_markers(tmp_path / "a.c3d").labels[:2] == ("v001", "v002")
+    with pytest.raises(BadInput, match=r"--count: expected 1\.\."):
+        mien("convert", tmp_path / "a.glb", output=tmp_path / "a.c3d", count=0)
+
+
+def test_virtual_markers_where_a_file_says(tmp_path):
+    write_performance(tmp_path / "a.glb", performance(4))
+    places = {f"m{i}": {"face": i, "barycentric": [1, 0, 0]} for i in range(8)}
+    (tmp_path / "places.json").write_text(json.dumps({**places, "band": None}))
+    mien("convert", tmp_path / "a.glb", output=tmp_path / "a.c3d", attachment=tmp_path / "places.json")
+    markers = read_markers(tmp_path / "a.c3d")
+    assert markers.labels == tuple(places)
+    play = read_performance(tmp_path / "a.glb")
+    last = play.T_world_face[3].apply(play.rig.vertices(play.weights[3]))
+    np.testing.assert_allclose(markers.positions[3, 5], last[play.rig.neutral.faces[5, 0]], atol=1e-3)
+
+
+def test_live_link_to_a_rig_and_back_is_the_same(tmp_path):
+    """Weights and the head to 1e-4 of a table as the app writes it: yaw with a front of its own, a rate of 60."""
+    rng = np.random.default_rng(5)
+    table = rng.random((20, 61)) * np.r_[np.ones(52), np.full(9, 0.6)]
+    table[:, 52] += 0.4
+    cells = [",".join(f"{x:.10f}" for x in row) for row in table]
+    rows = [f"00:00:00:{i:02d}.000,61,{row}" for i, row in enumerate(cells)]
+    header = ",".join(("Timecode", "BlendShapeCount", *SHAPES, *HEAD, *EYES))
+    (tmp_path / "app.csv").write_text("\n".join([header, *rows]) + "\n")
+    for between in ("a.glb", "a.usdc"):
+        mien("convert", tmp_path / "app.csv", output=tmp_path / between)
+        mien("convert", tmp_path / between, output=tmp_path / "back.csv")
+        back = read_live_link(tmp_path / "back.csv")
+        np.testing.assert_allclose(back.weights, table[:, :52], atol=1e-4)
+        np.testing.assert_allclose(back.head, table[:, 52:55], atol=1e-4)
+        assert back.rate == 60
+        mien("convert", tmp_path / "back.csv", output=tmp_path / between)
+        mien("convert", tmp_path / between, output=tmp_path / "again.csv")
+        np.testing.assert_allclose(read_live_link(tmp_path / "again.csv").eyes, back.eyes, atol=1e-4)

@@ -9,6 +9,7 @@ from cyclopts import Parameter
 
 from ..errors import BadInput
 from ..files import existing
+from ..io.alembic import SUFFIX, require_alembic, write_alembic
 from ..io.livelink import LiveLinkTake, read_live_link, write_live_link
 from ..io.markers import READERS as MARKERS
 from ..io.markers import read_marker_file, write_c3d
@@ -20,9 +21,11 @@ from ..io.name_map import read_name_map
 from ..io.performances import READ as FACES
 from ..io.performances import WRITTEN, read_any_performance, write_any_performance
 from ..io.rigs import read_any_rig, write_any_rig
+from ..markers.attachment_file import labels_on_face, read_attachment
+from ..rig.virtual_markers import sample_markers, virtual_markers
 from ..stream.receive import RECORDING, read_recording, take_of
 from .bar import bar
-from .options import use_only, verb
+from .options import refuse_unused, use_only, verb
 from .outputs import ANY, FOLDER, check_outputs
 from .play import play_on, tell
 
@@ -44,7 +47,11 @@ class ConvertOptions:
     frames_as: Literal["ply", "obj"] = "ply"
     """ply or obj, for a mesh a frame."""
     still_head: bool = False
-    """Leave head motion out of a mesh a frame."""
+    """Leave head motion out of a mesh a frame, or of a point cache."""
+    attachment: Path | None = None
+    """Of virtual markers: where they sit (.json, as `mien solve --save-attach` writes it); without it, all over."""
+    count: int = 60
+    """Of virtual markers: how many, without --attachment."""
 
 
 @verb
@@ -57,8 +64,9 @@ def convert(
     """Convert a file: marker takes, performances, rigs, scans.
 
     Marker take (.c3d .trc .csv) -> .c3d. Performance or rig (.glb .gltf .vrm .usd .usda .usdc .usdz) -> .glb or USD.
-    Performance -> Live Link Face .csv, or a folder with a mesh a frame. Live Link Face .csv -> .glb or USD. Folder of
-    shapes -> .glb or USD. Scan (.obj .ply .stl .glb) -> .obj or .ply.
+    Performance -> Live Link Face .csv, Alembic .abc, a folder with a mesh a frame, virtual markers as .c3d. Live Link
+    Face .csv or packets (.gesichter) -> .glb or USD. Folder of shapes -> .glb or USD. Scan (.obj .ply .stl .glb) ->
+    .obj or .ply. Films are made by `mien render`.
 
     Parameters
     ----------
@@ -118,6 +126,30 @@ def _to_sequence(source: Path, output: Path, options: ConvertOptions) -> None:
         write_sequence(output, performance, f".{options.frames_as}", not options.still_head, progress)
 
 
+def _to_alembic(source: Path, output: Path, options: ConvertOptions) -> None:
+    require_alembic()
+    performance = read_any_performance(source, tell)
+    with bar() as progress:
+        write_alembic(output, performance, not options.still_head, progress)
+
+
+def _to_markers(source: Path, output: Path, options: ConvertOptions) -> None:
+    performance = read_any_performance(source, tell)
+    rig = performance.rig
+    if options.attachment is None:
+        try:
+            attachment = sample_markers(rig, options.count)
+        except ValueError as error:
+            raise BadInput(f"--{error}") from error
+        labels = tuple(f"v{number + 1:03d}" for number in range(options.count))
+    else:
+        refuse_unused("with --attachment", "options.count")
+        labels = labels_on_face(options.attachment)
+        attachment = read_attachment(options.attachment, labels, len(rig.neutral.faces))
+    markers = virtual_markers(performance, attachment, labels)
+    write_c3d(output, markers, up="+Y")
+
+
 def _face(source: Path, output: Path, options: ConvertOptions) -> None:
     try:
         performance = read_any_performance(source, tell)
@@ -157,6 +189,8 @@ WAYS = (
     Way("a recording of Live Link packets to .glb or .usd", (RECORDING,), WRITTEN, _packets, ("rig", "map")),
     Way("a performance (.glb, .usd) to .csv (Live Link Face)", FACES, (".csv",), _to_live_link),
     Way("a performance to a folder (a mesh a frame)", FACES, ("",), _to_sequence, ("frames_as", "still_head")),
+    Way("a performance to .abc (Alembic)", FACES, (SUFFIX,), _to_alembic, ("still_head",)),
+    Way("a performance to .c3d (virtual markers)", FACES, (".c3d",), _to_markers, ("attachment", "count")),
     Way("a rig or performance of any program to .glb or .usd", FACES, WRITTEN, _face),
     Way("a folder of shapes to .glb or .usd", (FOLDER,), WRITTEN, _shapes, ("units",)),
     Way("a scan to .obj or .ply", SCANS, MESHES, _scan, ("units",)),

@@ -44,6 +44,11 @@ def labels_off_face(path: str | Path) -> tuple[str, ...]:
     return tuple(label for label, entry in _entries(path).items() if entry is None)
 
 
+def labels_on_face(path: str | Path) -> tuple[str, ...]:
+    """Markers that the file places on the face."""
+    return tuple(label for label, entry in _entries(path).items() if entry is not None)
+
+
 def write_attachment(
     path: str | Path, labels: tuple[str, ...], attachment: Attachment, off_face: tuple[str, ...] = ()
 ) -> None:
