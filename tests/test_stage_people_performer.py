@@ -3,13 +3,10 @@
 import numpy as np
 import pytest
 
-from mien.errors import BadInput
 from mien.faces.bundled import load_face
 from mien.faces.lids import gaps
 from mien.stage import STRANGER, PerformerConfig, StyleConfig, make_performer
-from mien.stage.people.anatomy import rigid_motion
 from mien.stage.people.make_performer import LIP_OVERLAP
-from mien.transforms import rotation_from_vector
 
 NO_STYLE = StyleConfig(gain=0.0, turn=0.0, extra=0.0, bow=0.0, saturation=0.0, mixing=0.0)
 
@@ -144,16 +141,3 @@ def test_closed_lips_meet_and_do_not_pass_through_one_another(performer, config,
     gap = ((upper - lower) * performer.lips.normal).sum(axis=1)
     assert gap.min() > (-6 if "mouthShrugLower" in units else -0.8 - pressed)
     assert np.median(gap) < 0.5 + pressed
-
-
-def test_rigid_motion_undoes_a_known_one():
-    points = np.random.default_rng(1).normal(size=(20, 3))
-    R = rotation_from_vector(np.array([0.3, -0.2, 0.5]))
-    found, t = rigid_motion(points, points @ R.T + [1.0, 2.0, 3.0])
-    np.testing.assert_allclose(found, R, atol=1e-12)
-    np.testing.assert_allclose(t, [1.0, 2.0, 3.0], atol=1e-12)
-
-
-def test_a_negative_seed_is_refused():
-    with pytest.raises(BadInput, match="seed"):
-        make_performer(-1)

@@ -10,11 +10,9 @@ import tracking_stage as stage
 from mien.depth import RGBDFrame
 from mien.errors import BadInput
 from mien.io.gltf import read_performance, write_performance
-from mien.landmarks.detector import Landmarks2D
 from mien.landmarks.stream import with_landmarks
 from mien.mesh import vertex_normals
 from mien.rig import Rig
-from mien.tracking.correctives import CorrectiveBasis, CorrectiveConfig, with_correctives
 from mien.tracking.pipeline import T_WORLD_CAMERA, track_frames, track_take
 from mien.tracking.rigid import damp_pose
 from mien.tracking.tracker import step
@@ -239,34 +237,3 @@ def test_a_rig_without_the_shapes_is_refused():
     other = replace(stage.person(), names=tuple(f"s{i}" for i in range(52)))
     with pytest.raises(BadInput, match="none of the ARKit shapes"):
         track_take(made, other, stage.landmarks(), landmarker)
-
-
-@pytest.mark.parametrize("late", [False, True])
-def test_landmarks_come_in_step_or_one_frame_late(late):
-    frames = [RGBDFrame(np.zeros((2, 2, 3), np.uint8), None, float(t)) for t in range(5)]
-    answers = {float(t): Landmarks2D(np.full((478, 2), float(t)), np.zeros(478), {}) for t in range(5)}
-    pairs = with_landmarks(frames, stage.Told(answers), late=late)
-    seen = [(f.time, None if m is None else m.points[0, 0]) for f, m in pairs]
-    expected = [(0.0, None), (1.0, 0.0), (2.0, 1.0), (3.0, 2.0), (4.0, 3.0)] if late else [(t, t) for t in range(5)]
-    assert seen == expected
-
-
-def test_residuals_come_back_from_their_correctives():
-    m, rng = stage.model(), np.random.default_rng(0)
-    modes = rng.normal(size=(3, *m.neutral.shape)) * m.fade[:, None]
-    rows = rng.normal(size=(50, 3))
-    space = CorrectiveBasis(m, CorrectiveConfig(shapes=8, block=12, tolerance=1e-3))
-    for row in rows:
-        space.add(np.tensordot(row, modes, 1).astype(np.float32))
-    shapes, weights = space.finish()
-    assert len(shapes) == 3
-    assert np.abs(weights).max() <= 1 + 1e-6
-    expected = np.tensordot(rows, modes, 1) * m.fade[:, None]
-    np.testing.assert_allclose(np.tensordot(weights, shapes, 1), expected, atol=2e-3)
-    rig = with_correctives(stage.person(), m, shapes)
-    assert rig.names[-3:] == ("corrective_01", "corrective_02", "corrective_03")
-
-
-def test_no_residuals_no_correctives():
-    shapes, weights = CorrectiveBasis(stage.model(), CorrectiveConfig(shapes=0)).finish()
-    assert (len(shapes), weights.size) == (0, 0)

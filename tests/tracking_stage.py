@@ -100,6 +100,17 @@ def sway(frames: int) -> list[Transform]:
     return [pose((0.1 * np.sin(a), 0.2 * np.sin(0.8 * a), 0.0), (8 * np.sin(a), 0, 10 * np.sin(0.5 * a))) for a in t]
 
 
+CALM = 6
+
+
+@cache
+def calm(noise: float = 0.8):
+    """Six frames of a calm face that turns: the take, its landmarker, the poses."""
+    rig = person(5)
+    poses = [pose((0.02 * t, 0.05 * t - 0.1, 0), (t, 0, 0), 500.0) for t in range(CALM)]
+    return (*acted(rig, np.zeros((CALM, 52)), poses, noise=noise), poses)
+
+
 def moment():
     """The model, a turned head's pose, its weights, and what the tracker is given of it."""
     rig, m = person(), model()
