@@ -9,9 +9,12 @@ from PIL import Image
 
 from browser import browser, page_at
 from mien.faces import load_face
+from mien.io.edits_file import edits_beside, edits_from, read_layer
+from mien.io.gltf import write_performance
 from mien.mesh import vertex_normals
 from mien.pictures import Renderer, frontal_camera
 from mien.pictures.show import rig_look
+from mien.rig.edits import apply_edits
 from mien.viewer.gpu_face import refined
 from mien.viewer.page_files import export_page
 from mien.viewer.studio import Studio
@@ -34,8 +37,15 @@ def chromium():
 
 
 @pytest.fixture(scope="module")
-def studio(performance):
-    return Studio([Shown("perf.glb", performance)])
+def perf(tmp_path_factory, performance):
+    path = tmp_path_factory.mktemp("studio") / "perf.glb"
+    write_performance(path, performance)
+    return path
+
+
+@pytest.fixture(scope="module")
+def studio(performance, perf):
+    return Studio([Shown("perf.glb", performance, perf)])
 
 
 @pytest.fixture(scope="module")
@@ -109,12 +119,59 @@ def test_time_is_scrubbed_and_played(page, performance):
 
 
 def test_a_slider_moves_its_shape(page):
+    page.evaluate("studio.correct.keying.press(false); studio.clock.seek(3)")
     rig = load_face().rig
     k = rig.index("cheekPuff")
     before = read(page, "s.current.face.read(s.stage.renderer)", len(rig.neutral.vertices))
     page.locator('input[data-shape="cheekPuff"]').fill("0.8")
     after = read(page, "s.current.face.read(s.stage.renderer)", len(rig.neutral.vertices))
     np.testing.assert_allclose(after - before, 0.8 * rig.deltas[k], atol=5e-3)
+    page.evaluate("studio.correct.keying.press(true); studio.release(); studio.show()")
+
+
+def saved(page, perf, count):
+    """The layer on disk once it holds `count` corrections."""
+    page.wait_for_function("studio.edits.told.startsWith('saved')")
+    page.evaluate("studio.edits.queue")
+    edits = edits_from(read_layer(edits_beside(perf)), perf)
+    assert len(edits) == count
+    return edits
+
+
+def test_corrections_are_kept_and_mean_the_same_to_the_library(page, perf, performance):
+    page.evaluate("studio.clock.seek(10)")
+    page.locator('input[data-shape="jawOpen"]').fill("0.1")
+    page.evaluate("studio.clock.seek(16)")
+    page.locator('input[data-shape="jawOpen"]').fill("0.9")
+    page.evaluate("studio.edits.mark(0.7, 0.85)")
+    edits = saved(page, perf, 3)
+    expected = apply_edits(performance, edits)[0]
+    assert expected.weights[10, performance.rig.index("jawOpen")] == pytest.approx(0.1, abs=2e-3)
+    for frame in (6, 10, 13, 16, 19, 23, 25):
+        page.evaluate(f"studio.clock.seek({frame})")
+        found = page.evaluate("[Array.from(studio.current.weights), studio.current.face.mesh.matrix.elements]")
+        np.testing.assert_allclose(found[0], expected.weights[frame], atol=1e-5)
+    page.evaluate("studio.edits.undo()")
+    saved(page, perf, 2)
+    page.evaluate("studio.edits.redo()")
+    saved(page, perf, 3)
+
+
+def test_corrections_come_back_and_two_pages_do_not_overwrite_each_other(chromium, studio, perf):
+    server = studio.open("127.0.0.1")
+    first, second = page_at(chromium, server.address), page_at(chromium, server.address)
+    for page in (first, second):
+        page.evaluate("studio.ready")
+        assert page.evaluate("studio.edits.count") == 3
+    first.evaluate("studio.edits.key('mouthPucker', 0.2, 0.5)")
+    saved(first, perf, 4)
+    second.evaluate("studio.edits.key('mouthPucker', 0.3, 0.5)")
+    second.wait_for_function("studio.edits.told.includes('elsewhere')")
+    assert second.evaluate("studio.edits.count") == 4
+    for page in (first, second):
+        page.close()
+    server.shutdown()
+    server.server_close()
 
 
 def test_a_frame_is_a_few_hundred_bytes(page):

@@ -2,7 +2,9 @@
 import * as THREE from "three";
 import { Alive } from "./alive.js";
 import { Clock } from "./clock.js";
+import { CorrectPanel } from "./correct.js";
 import { button, choice, heading, make, row, save, toggle } from "./dom.js";
+import { Edits } from "./edits.js";
 import { GpuFace } from "./gpu_face.js";
 import { Motion } from "./motion.js";
 import { filmOf, MarkerCloud } from "./overlays.js";
@@ -29,11 +31,13 @@ class Studio {
     const { header } = file, decoded = performance.now();
     this.stage = new Stage(document.getElementById("canvas"));
     const palette = paletteOf(file);
-    this.shown = header.faces.map((one) => {
+    this.shown = header.faces.map((one, i) => {
       const face = new GpuFace(one, file, palette), motion = one.motion && new Motion(one.motion, file);
-      return { name: one.name, face, motion, view: this.stage.add(face), weights: new Float32Array(one.names.length), held: new Map(), alive: motion && new Alive(one.names, motion) };
+      const edits = motion && new Edits(i, one.name, () => this.corrected());
+      return { name: one.name, face, motion, edits, view: this.stage.add(face), weights: new Float32Array(one.names.length), held: new Map(), alive: motion && new Alive(one.names, motion) };
     });
     this.current = this.shown[0];
+    Object.defineProperty(this, "edits", { get: () => this.current.edits });
     const moving = this.shown.filter((one) => one.motion);
     const duration = Math.max(0, ...moving.map(({ motion }) => (motion.frames - 1) / motion.rate));
     this.clock = new Clock(duration, moving[0]?.motion.rate ?? 30);
@@ -48,6 +52,7 @@ class Studio {
     const opening = (window.MIEN_OPENING ?? new URLSearchParams(location.search).get("opening") ?? "").split(",");
     this.stage.frame("front");
     this.clock.set(0);
+    this.ready = Promise.all(moving.map(({ edits }) => edits.load()));
     this.stage.draw();
     this.stage.renderer.getContext().finish();
     if (opening.includes("alive")) this.livelier?.press(true);
@@ -82,6 +87,7 @@ class Studio {
     }
     panel.append(row(button("screenshot", () => this.screenshot())));
     if (this.shown.length > 1) panel.append(row(choice("face", this.shown.map(({ name }, i) => [i, name]), 0, (i) => this.turnTo(this.shown[i]))));
+    if (this.current.motion) this.correct = new CorrectPanel(panel, this);
     if (this.current.face.names.length) this.sliders = new Sliders(panel, this);
     document.getElementById("film").append(...header.films.map((film) => filmOf({ ...film, address: address(film.address) }, this.clock)));
     if (this.clock.duration) this.timeline = new Timeline(document.getElementById("timeline"), this);
@@ -111,8 +117,9 @@ class Studio {
   show() {
     const { time } = this.clock;
     for (const one of this.shown) {
-      const { face, motion, weights, held } = one;
+      const { face, motion, weights, held, edits } = one;
       if (motion) motion.weightsAt(time, weights);
+      if (motion) for (const name of Object.keys(edits.layer.keys)) { const k = face.names.indexOf(name); if (k >= 0) weights[k] = edits.edited(name, weights[k], time); }
       if (motion && this.lively) one.alive.apply(time, weights);
       for (const [k, value] of held) weights[k] = value;
       face.setWeights(weights);
@@ -122,6 +129,13 @@ class Studio {
     this.sliders?.show(this.current.weights);
     this.timeline?.draw();
     this.stage.touch();
+  }
+
+  // Corrections have changed: bridge what is bad, draw anew.
+  corrected() {
+    for (const { motion, edits } of this.shown) motion?.bridge(edits.bad());
+    this.correct?.show();
+    this.show();
   }
 
   screenshot() { this.stage.touch(); this.stage.draw(); this.stage.renderer.domElement.toBlob((blob) => save("mien.png", blob)); }

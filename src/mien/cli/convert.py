@@ -10,6 +10,7 @@ from cyclopts import Parameter
 from ..errors import BadInput
 from ..files import existing
 from ..io.alembic import SUFFIX, require_alembic, write_alembic
+from ..io.edits_file import read_edited
 from ..io.livelink import LiveLinkTake, read_live_link, write_live_link
 from ..io.markers import READERS as MARKERS
 from ..io.markers import read_marker_file, write_c3d
@@ -19,7 +20,7 @@ from ..io.meshes import read_scan, write_mesh
 from ..io.meshes.sequence import write_sequence
 from ..io.name_map import read_name_map
 from ..io.performances import READ as FACES
-from ..io.performances import WRITTEN, read_any_performance, write_any_performance
+from ..io.performances import WRITTEN, write_any_performance
 from ..io.rigs import read_any_rig, write_any_rig
 from ..markers.attachment_file import labels_on_face, read_attachment
 from ..rig.virtual_markers import sample_markers, virtual_markers
@@ -117,24 +118,24 @@ def _play(take: LiveLinkTake, output: Path, options: ConvertOptions) -> None:
 
 
 def _to_live_link(source: Path, output: Path, options: ConvertOptions) -> None:
-    write_live_link(output, read_any_performance(source, tell))
+    write_live_link(output, read_edited(source, tell))
 
 
 def _to_sequence(source: Path, output: Path, options: ConvertOptions) -> None:
-    performance = read_any_performance(source, tell)
+    performance = read_edited(source, tell)
     with bar() as progress:
         write_sequence(output, performance, f".{options.frames_as}", not options.still_head, progress)
 
 
 def _to_alembic(source: Path, output: Path, options: ConvertOptions) -> None:
     require_alembic()
-    performance = read_any_performance(source, tell)
+    performance = read_edited(source, tell)
     with bar() as progress:
         write_alembic(output, performance, not options.still_head, progress)
 
 
 def _to_markers(source: Path, output: Path, options: ConvertOptions) -> None:
-    performance = read_any_performance(source, tell)
+    performance = read_edited(source, tell)
     rig = performance.rig
     if options.attachment is None:
         try:
@@ -152,7 +153,7 @@ def _to_markers(source: Path, output: Path, options: ConvertOptions) -> None:
 
 def _face(source: Path, output: Path, options: ConvertOptions) -> None:
     try:
-        performance = read_any_performance(source, tell)
+        performance = read_edited(source, tell)
     except BadInput:
         write_any_rig(output, read_any_rig(source, tell=tell))
     else:

@@ -7,8 +7,8 @@ import numpy as np
 from cyclopts import Parameter
 
 from ..files import existing
+from ..io.edits_file import write_edited
 from ..io.markers import MarkerFile, read_marker_file
-from ..io.performances import write_any_performance
 from ..markers.attachment_file import write_attachment
 from ..markers.inputs import read_face, read_placement, with_neutral
 from ..markers.pipeline import TakeConfig, solve_take
@@ -22,6 +22,7 @@ from ..viewer.moving_page import moving_page
 from .bar import bar
 from .options import refuse_unused, verb
 from .outputs import check_outputs
+from .play import tell
 from .shared_options import NamedPages, Pages, TakeReading
 
 
@@ -78,13 +79,20 @@ def solve(
         image = preview(solved, progress=progress)
     notes = [*file.warnings, *found.lines]
     moving = moving_page(solved.performance, output.name)
-    page = take_report(take.name, solved, image, notes, moving)
+    page = take_report(
+        name=take.name,
+        solved=solved,
+        picture=image,
+        notes=notes,
+        moving=moving,
+    )
     write_results(output, solved.performance, named, image, page)
     if save_attach:
         on_face = solved.markers.labels
         off_face = tuple(label for label in worn.labels if label not in on_face)
         write_attachment(save_attach, on_face, solved.calibration.attachment, off_face)
-    for line in [*notes, *solved.lines, summary(solved)]:
+    last = summary(solved)
+    for line in [*notes, *solved.lines, last]:
         print(line)
 
 
@@ -112,7 +120,7 @@ def solve_on_rig_of_scans(rig: Path, name: str, file: MarkerFile, output: Path, 
 
 def write_results(output: Path, performance: Performance, pages: NamedPages, image: np.ndarray, page: Report) -> None:
     """The animated face and the pages beside it, all named."""
-    write_any_performance(output, performance)
+    write_edited(output, performance, tell)
     write_png(pages.picture, image)
     page.write(pages.report)
 

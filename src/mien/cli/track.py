@@ -7,7 +7,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from ..errors import BadInput
-from ..io.performances import write_any_performance
+from ..io.edits_file import write_edited
 from ..io.rgbd import RgbdTake
 from ..io.rgbd.live import Replay, live_frames
 from ..io.rgbd.webcam import open_webcam
@@ -24,6 +24,7 @@ from .bar import bar
 from .options import refuse_unused, verb
 from .outputs import check_outputs
 from .personalize import beside
+from .play import tell
 from .record_live_link import record_live_link
 from .shared_options import (
     CAMERA,
@@ -91,7 +92,7 @@ def track(
     config = replace(config, live=config.live or camera)
     with bar() as progress:
         tracked = track_take(played, person, landmarks, config=config, progress=progress)
-        write_any_performance(output, tracked.performance)
+        write_edited(output, tracked.performance, tell)
         if named:
             show(source, tracked, named, progress)
     print(summary(output, tracked, source))

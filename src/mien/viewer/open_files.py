@@ -5,7 +5,9 @@ from pathlib import Path
 
 from ..errors import BadInput
 from ..files import existing
-from ..io.gltf import read_performance, read_rig
+from ..io import usd
+from ..io.edits_file import read_captured
+from ..io.gltf import read_rig
 from ..io.gltf.glb import open_glb
 from ..io.markers import read_markers
 from ..io.meshes import read_scan
@@ -39,7 +41,7 @@ def gather(files: Sequence[Path], units: str | None = None) -> tuple[list[Shown]
 
 
 def open_face(file: Path, units: str | None = None) -> Performance | Rig | Scan:
-    """A `.glb` with animation as Performance, with morph targets alone as Rig, a folder as Rig, all else as Scan.
+    """A `.glb` or USD with animation as Performance, with morph targets or a folder as Rig, all else as Scan.
 
     Raises:
         BadInput: of no kind that is known, or what its reader raises.
@@ -47,13 +49,16 @@ def open_face(file: Path, units: str | None = None) -> Performance | Rig | Scan:
     suffix = file.suffix.lower()
     if file.is_dir():
         return read_any_rig(file, units)
+    if suffix in usd.SUFFIXES:
+        found = usd.read_face(file)
+        return read_captured(file) if isinstance(found, Performance) else found
     if suffix in GLTF:
         content = open_glb(file).json
         parts = [part for mesh in content.get("meshes", []) for part in mesh.get("primitives", [])]
         if not any("targets" in part for part in parts):
             return read_scan(file, units)
-        return read_performance(file) if content.get("animations") else read_rig(file)
+        return read_captured(file) if content.get("animations") else read_rig(file)
     if suffix in SCANS:
         return read_scan(file, units)
-    known = ", ".join((*GLTF, *SCANS, *TAKES, *FILMS))
+    known = ", ".join((*GLTF, *usd.SUFFIXES, *SCANS, *TAKES, *FILMS))
     raise BadInput(f"{file}: is nothing that can be shown; give one of {known}")

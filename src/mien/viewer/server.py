@@ -124,7 +124,7 @@ class _Handler(BaseHTTPRequestHandler):
         if path in routes.stream:
             return self._stream(routes.stream[path], asked)
         if path in routes.get:
-            return self._send(routes.get[path](asked))
+            return self._send(_told(lambda: routes.get[path](asked)))
         return self._send(Answer(b"no such thing", "text/plain", HTTPStatus.NOT_FOUND))
 
     def do_POST(self) -> None:
@@ -136,11 +136,8 @@ class _Handler(BaseHTTPRequestHandler):
         if path not in self.server.routes.post or length > LARGEST_REQUEST:
             self.close_connection = True
             return self._send(Answer(b"no such thing", "text/plain", HTTPStatus.NOT_FOUND))
-        try:
-            answer = self.server.routes.post[path](self.rfile.read(length), asked)
-        except (BadInput, ValueError, OSError) as error:
-            answer = Answer(str(error).encode(), "text/plain; charset=utf-8", HTTPStatus.BAD_REQUEST)
-        return self._send(answer)
+        body = self.rfile.read(length)
+        return self._send(_told(lambda: self.server.routes.post[path](body, asked)))
 
     def log_message(self, format: str, *args) -> None:
         """Nothing is printed."""
@@ -200,3 +197,11 @@ class _Handler(BaseHTTPRequestHandler):
             source(write, asked)
         except OSError:
             return
+
+
+def _told(ask: Callable[[], Answer]) -> Answer:
+    """The answer, or what was wrong with the question."""
+    try:
+        return ask()
+    except (BadInput, ValueError, OSError) as error:
+        return Answer(str(error).encode(), "text/plain; charset=utf-8", HTTPStatus.BAD_REQUEST)

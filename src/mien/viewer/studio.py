@@ -2,7 +2,11 @@
 
 import threading
 from collections.abc import Sequence
+from pathlib import Path
 
+from ..clip import Markers
+from ..rig import Performance
+from .corrections import Corrections
 from .server import MIMES, Answer, PageServer, Routes, open_server
 from .studio_scene import Film, Shown, pack_scene
 
@@ -25,12 +29,21 @@ class Studio:
     def routes(self) -> Routes:
         """What the page can ask for."""
         routes = Routes()
+        corrections = Corrections(self._corrected())
+        routes.get["/edits"] = corrections.read
+        routes.post["/edits"] = corrections.save
         routes.get["/scene.bin"] = lambda _: Answer(self.scene())
         for i, film in enumerate(self.films):
             routes.get[f"/media/{i}{film.path.suffix}"] = lambda _, film=film: Answer(
                 film.path.read_bytes(), MIMES.get(film.path.suffix.lower(), "video/mp4")
             )
         return routes
+
+    def _corrected(self) -> dict[int, Path]:
+        """Performances that came from files, by their number among the page's faces."""
+        faces = [one for one in self.shown if not isinstance(one.thing, Markers)]
+        moving = {i: one.path for i, one in enumerate(faces) if isinstance(one.thing, Performance)}
+        return {i: path for i, path in moving.items() if path is not None}
 
     def open(self, host: str, port: int | None = None) -> PageServer:
         """Serve the page from a thread of its own.
