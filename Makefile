@@ -9,7 +9,7 @@ EXTRAS ?= all
 # The compiled loops have threads of their own; BLAS threads beside them only get in the way.
 export OPENBLAS_NUM_THREADS ?= 1
 
-.PHONY: demo test lint bench clean setup house mutants
+.PHONY: demo test test-clients lint bench clean setup house mutants
 
 demo: $(STAMP)
 	@echo "a performer is staged, recorded and solved: about a minute, and once 20 s more to compile"
@@ -17,7 +17,7 @@ demo: $(STAMP)
 
 # The types are checked beside the tests: one process leaves a core idle.
 test: setup
-	$(BIN)/ruff check src tests tools benchmarks examples
+	$(BIN)/ruff check src tests tools benchmarks examples clients
 	@$(BIN)/pyright > .pyright.log 2>&1 & types=$$!; \
 	$(BIN)/python -m pytest -n 2 --dist loadfile; tests=$$?; \
 	wait $$types; types=$$?; tail -n 40 .pyright.log; rm -f .pyright.log; \
@@ -29,6 +29,19 @@ lint: $(STAMP)
 
 bench: setup
 	@for b in benchmarks/[a-z]*.py; do echo "== $$b"; $(BIN)/python $$b || exit 1; done
+
+# What is written, in the programs that it is for: Blender (its Python module, about 300 MB, in an environment of its own,
+# since it wants an older numpy and one Python alone) and three.js in headless Chromium.
+CLIENTS := .venv-clients
+BPY     ?= bpy==5.0.1
+
+test-clients: $(STAMP) $(CLIENTS)/.installed
+	$(BIN)/python -m pytest clients -p no:cacheprovider --override-ini pythonpath='clients tests' -s
+
+$(CLIENTS)/.installed:
+	test -x $(CLIENTS)/bin/python || $(PYTHON) -m venv $(CLIENTS)
+	$(CLIENTS)/bin/python -m pip install -q --disable-pip-version-check '$(BPY)'
+	@touch $@
 
 setup: $(STAMP) $(MODEL)
 

@@ -1,8 +1,8 @@
 """Rigs and performances as glTF (`.glb`), out and in again.
 
 Metres, +Y up, +Z out of the face: glTF's own frame. Numbers are float32: a round trip moves a vertex by up to 1e-5 mm.
-Morph targets are displacements from the rig's neutral, named in `mesh.extras.targetNames`, positions only (viewers keep
-the neutral's normals). Two nodes: `head` bears the pose, its child `face` the mesh.
+Morph targets are displacements from the rig's neutral, of positions and normals, named in `mesh.extras.targetNames`.
+Two nodes: `head` bears the pose, its child `face` the mesh.
 
 glTF has one texture coordinate a vertex, the rig one a corner: vertices on seams are written several times. The first n
 stand in the rig's order; the attribute `_SOURCE` holds for all of them the rig's vertex, by which reading puts the rig
@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...mesh import vertex_normals
 from ...rig import Performance, Rig
+from ...rig.morph_normals import neutral_normals, normal_offsets
 from ...rig.unit_weights import joined, with_unit_weights
 from ...transforms import Transform, quaternions_from_rotations
 from ..meshes.polygons import weld
@@ -110,10 +110,11 @@ def _with_rig(rig: Rig) -> GlbBuilder:
     faces, source, uv = split_seams(rig.neutral)
     attributes = _attributes(build, rig, source, uv)
     shift = np.where(np.abs(rig.deltas).max(axis=2, keepdims=True) < _NOTHING_MM, 0.0, rig.deltas) * MM
-    targets = [
-        {"POSITION": build.sparse_accessor(delta[source].astype(np.float32), name=name)}
-        for name, delta in zip(rig.names, shift, strict=True)
-    ]
+    targets = []
+    for k, name in enumerate(rig.names):
+        place = build.sparse_accessor(shift[k][source].astype(np.float32), name=name)
+        turn = build.sparse_accessor(normal_offsets(rig, k)[source].astype(np.float32))
+        targets.append({"POSITION": place, "NORMAL": turn})
     indices = build.accessor(faces.astype(np.uint32).ravel(), ELEMENT_ARRAY_BUFFER)
     primitive = {"attributes": attributes, "indices": indices, "material": _material(build, rig)}
     mesh: dict[str, Any] = {"name": "face", "primitives": [primitive]}
@@ -129,11 +130,9 @@ def _with_rig(rig: Rig) -> GlbBuilder:
 
 def _attributes(build: GlbBuilder, rig: Rig, source: np.ndarray, uv: np.ndarray | None) -> dict[str, int]:
     mesh = rig.neutral
-    normals = vertex_normals(mesh.vertices, mesh.faces)
-    normals[(normals == 0).all(axis=1)] = (0, 0, 1)
     columns = {
         "POSITION": (mesh.vertices * MM)[source],
-        "NORMAL": normals[source],
+        "NORMAL": neutral_normals(rig)[source],
         "_SOURCE": source,
     }
     if uv is not None:
