@@ -11,8 +11,9 @@ from ..io.edits_file import write_edited
 from ..io.markers import MarkerFile, read_marker_file
 from ..markers.attachment_file import write_attachment
 from ..markers.inputs import read_face, read_placement, with_neutral
-from ..markers.pipeline import TakeConfig, solve_take
+from ..markers.pipeline import TakeConfig, TakeSolve, solve_take
 from ..pictures import write_png
+from ..progress import Progress
 from ..reports.markers import preview, take_report
 from ..reports.page import Report
 from ..rig import Performance
@@ -74,19 +75,10 @@ def solve(
     found = find_face(file.markers, config.face)
     worn, by_hand = read_placement(attach, found.markers, face)
     told = config if neutral is None else with_neutral(config, neutral, worn.rate)
+    notes = [*file.warnings, *found.lines]
     with bar() as progress:
         solved = solve_take(worn, face, by_hand, told, progress)
-        image = preview(solved, progress=progress)
-    notes = [*file.warnings, *found.lines]
-    moving = moving_page(solved.performance, output.name)
-    page = take_report(
-        name=take.name,
-        solved=solved,
-        picture=image,
-        notes=notes,
-        moving=moving,
-    )
-    write_results(output, solved.performance, named, image, page)
+        write_solved(output, take.name, solved, named, notes, progress)
     if save_attach:
         on_face = solved.markers.labels
         off_face = tuple(label for label in worn.labels if label not in on_face)
@@ -94,6 +86,21 @@ def solve(
     last = summary(solved)
     for line in [*notes, *solved.lines, last]:
         print(line)
+
+
+def write_solved(
+    output: Path, name: str, solved: TakeSolve, pages: NamedPages, notes: list[str], progress: Progress
+) -> None:
+    """The animated face, its picture, and the report in which it moves."""
+    image = preview(solved, progress=progress)
+    page = take_report(
+        name=name,
+        solved=solved,
+        picture=image,
+        notes=notes,
+        moving=moving_page(solved.performance, output.name),
+    )
+    write_results(output, solved.performance, pages, image, page)
 
 
 def solve_on_rig_of_scans(rig: Path, name: str, file: MarkerFile, output: Path, pages: NamedPages) -> None:
