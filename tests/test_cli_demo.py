@@ -1,7 +1,8 @@
 import pytest
 
+from command import mien
 from mien.cli import demo as verb
-from mien.cli.main import main
+from mien.errors import BadInput
 
 
 @pytest.fixture
@@ -15,8 +16,8 @@ def ran(tmp_path, monkeypatch):
 
 
 def test_each_system_has_its_own_folder(ran, tmp_path):
-    main(["demo"])
-    main(["demo", "detail", "-o", "elsewhere"])
+    mien("demo")
+    mien("demo", "detail", output="elsewhere")
     assert [str(call[1]) for call in ran[0]] == ["demo/markers", "elsewhere"]
     assert (tmp_path / "demo" / "markers").is_dir()
 
@@ -24,20 +25,17 @@ def test_each_system_has_its_own_folder(ran, tmp_path):
 def test_a_page_opens_only_before_a_person(ran, tmp_path, monkeypatch):
     (tmp_path / "demo" / "markers").mkdir(parents=True)
     (tmp_path / "demo" / "markers" / "report.html").write_text("")
-    main(["demo"])
+    mien("demo")
     assert ran[1] == []
     monkeypatch.setattr("sys.stdout.isatty", lambda: True)
-    main(["demo", "--no-open"])
+    mien("demo", open=False)
     assert ran[1] == []
-    main(["demo"])
+    mien("demo")
     assert ran[1] == [(tmp_path / "demo" / "markers" / "report.html").as_uri()]
 
 
-@pytest.mark.parametrize(
-    ("words", "told"), [(["demo", "--figures"], "--figures"), (["demo", "rgbd", "--markers", "9"], "--markers")]
-)
-def test_what_does_nothing_is_refused(ran, capsys, words, told):
-    with pytest.raises(SystemExit) as stop:
-        main(words)
-    assert stop.value.code == 2
-    assert told in capsys.readouterr().err
+def test_what_does_nothing_is_refused(ran):
+    with pytest.raises(BadInput, match="--figures does nothing"):
+        mien("demo", figures=True)
+    with pytest.raises(BadInput, match="--markers does nothing"):
+        mien("demo", "rgbd", markers=9)

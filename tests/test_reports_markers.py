@@ -1,5 +1,3 @@
-from types import SimpleNamespace
-
 import numpy as np
 
 from mien.clip import Markers
@@ -12,9 +10,9 @@ def test_the_worst_markers_come_first_and_unseen_ones_not_at_all():
     positions[:2, 5] = np.nan
     residuals = np.tile(np.arange(7.0), (4, 1))
     residuals[:, 6] = np.nan
-    solved = SimpleNamespace(residuals=residuals, markers=Markers(positions, tuple("abcdefg"), 30.0))
-    assert [row[0] for row in worst_markers(solved)] == ["f", "e", "d", "c", "b"]
-    assert worst_markers(solved)[0] == ("f", 5.0, "50%")
+    worst = worst_markers(residuals, Markers(positions, tuple("abcdefg"), 30.0))
+    assert [row[0] for row in worst] == ["f", "e", "d", "c", "b"]
+    assert worst[0] == ("f", 5.0, "50%")
 
 
 def test_telling_frames_differ_and_stand_in_order():

@@ -78,7 +78,8 @@ def take_report(
     if moving is not None:
         report.page(moving, "Drag to turn, wheel to come nearer; space plays.")
     report.figure(picture, "Frames that differ most. Dots are the recorded markers, seen in the head's frame.")
-    report.heading("The worst markers").table(worst_markers(solved), ("marker", "mean residual, mm", "seen"))
+    worst = worst_markers(solved.residuals, markers)
+    report.heading("The worst markers").table(worst, ("marker", "mean residual, mm", "seen"))
     report.text(
         "A marker that stands out was probably named wrongly, slid, or sits where skin slides over bone: look at it "
         "with `mien view`, and leave it out with --markers if it is not the face's."
@@ -94,13 +95,15 @@ WORST = 5
 """Markers that a report names first."""
 
 
-def worst_markers(solved: TakeSolve) -> list[tuple[str, float, str]]:
+def worst_markers(
+    residuals: Float[np.ndarray, "frames markers"], markers: Markers
+) -> list[tuple[str, float, str]]:
     """Name, mean residual (mm) and share of frames seen of the markers that are met worst."""
-    means = _nanmean(solved.residuals, 0)
+    means = _nanmean(residuals, 0)
     known = np.flatnonzero(np.isfinite(means))
     worst = known[np.argsort(-means[known])][:WORST]
-    seen = solved.markers.seen.mean(axis=0)
-    return [(solved.markers.labels[i], float(means[i]), f"{seen[i]:.0%}") for i in worst]
+    seen = markers.seen.mean(axis=0)
+    return [(markers.labels[i], float(means[i]), f"{seen[i]:.0%}") for i in worst]
 
 
 def _residual_charts(solved: TakeSolve) -> Report:
