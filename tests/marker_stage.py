@@ -6,6 +6,7 @@ import numpy as np
 
 from mien.faces import load_face
 from mien.mesh import Attachment
+from mien.stage import make_performer, marker_layout, perform, scripted
 from mien.takes.frame_solve import SolveConfig
 from mien.takes.marker_model import MarkerModel
 from mien.transforms import Transform, rotation_from_vector
@@ -54,3 +55,10 @@ def acted() -> tuple[np.ndarray, Transform, np.ndarray]:
     W = np.clip(rng.normal(0.1, 0.4, size=(50, 6)), 0, 1)
     T = motion(50, 11)
     return W, T, T.apply(small_model().points(W))
+
+
+@cache
+def staged_take():
+    """Ten seconds of a performer with sixty markers."""
+    performer = make_performer(3)
+    return perform(performer, scripted(24.0, 10.0).weights, 24.0, marker_layout(performer, 60), seed=3)

@@ -1,5 +1,6 @@
 """The average of the frames."""
 
+import numpy as np
 import pytest
 
 from blendshape_stage import capture
@@ -29,3 +30,13 @@ def test_frames_are_laid_on_the_average_and_widen_it(seen):
     assert surface_map(whole, LAYOUT).known.sum() > 1.1 * surface_map(first, LAYOUT).known.sum()
     again = starts_of(placed[:2], seen, starts)
     assert again[-1] is starts[-1]
+
+
+def test_each_frame_starts_where_its_landmarks_place_it(seen):
+    reference, T = reference_frame(seen, "neutral")
+    starts, _ = place_in_head(seen, reference, T, "neutral", FramesConfig())
+    goal = T.apply(seen[reference].landmarks)
+    for one, start in zip(seen, starts, strict=True):
+        assert np.nanmedian(np.linalg.norm(start.apply(one.landmarks) - goal, axis=1)) < 3
+    turned = [np.linalg.norm(start.rotation - T.rotation) for start in starts]
+    assert max(turned) > 0.05

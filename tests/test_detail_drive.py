@@ -4,7 +4,7 @@ import pytest
 from detail_patch import bent, marker_places, patch, training
 from mien.clip import Markers
 from mien.detail.base_mesh import BaseConfig
-from mien.detail.drive import drive_by_markers, drive_by_performance
+from mien.detail.drive import drive_by_markers, drive_by_performance, followed
 from mien.detail.fit import DetailConfig, fit_detail
 from mien.errors import BadInput
 from mien.rig import Performance, Rig
@@ -67,3 +67,11 @@ def test_a_performance_drives_as_its_markers_would(model):
     expected = model.head.aligned((model.reference * [0.8, 1, 1])[None])[0]
     np.testing.assert_allclose(found.positions[-1], expected, atol=0.02)
     np.testing.assert_allclose(found.positions[0], model.reference)
+
+
+def test_a_marker_that_was_never_seen_moves_as_those_round_it_do(model):
+    moved = np.tile(model.reference + np.array([0.0, 0.0, 3.0]), (2, 1, 1))
+    seen = np.ones(moved.shape[:2], bool)
+    seen[:, 12] = False
+    found = followed(model, np.where(seen[..., None], moved, np.nan), seen)
+    np.testing.assert_allclose(found, moved, atol=1e-9)

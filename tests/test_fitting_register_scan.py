@@ -9,12 +9,13 @@ from face_model import needs_model
 from mien.errors import BadInput
 from mien.faces.bundled import load_face
 from mien.faces.scan_clean import cleaned, mended, outward, welded, wound_alike
-from mien.fitting.register_scan import RegisterConfig, register_scan, registered_rig
+from mien.fitting.register_scan import RegisterConfig, _believed, register_scan, registered_rig
 from mien.io.gltf import read_rig
 from mien.io.meshes import read_scan, write_mesh
 from mien.landmarks.detector import bundled_landmarks
 from mien.landmarks.lift import LiftConfig, lift_landmarks
 from mien.mesh import Mesh, Scan, loop_subdivide, submesh, vertex_normals
+from mien.register import Anchors
 from mien.reports.single_scan import registration_record
 from mien.transforms import Transform, rotation_from_vector
 
@@ -229,3 +230,13 @@ def test_a_real_scan_without_hints():
     assert off.mean() < 2.6
     assert found.regions["face"].mean < 0.1
     assert found.regions["face"].p95 < 0.3
+
+
+def test_a_landmark_far_from_the_fitted_face_counts_less():
+    face = load_face()
+    at = bundled_landmarks().attachment
+    points = at.points(face.rig.neutral)
+    points[7] += [0.0, 0.0, 4.0]
+    weights = _believed(Anchors(at, points, np.ones(len(points))), face.rig.neutral, 4.0).weights
+    assert weights[7] == pytest.approx(0.25)
+    np.testing.assert_allclose(np.delete(weights, 7), 1.0)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from mien.faces.bundled import load_face
-from mien.fitting.template_parts import TemplateParts, extrapolate_hidden
+from mien.fitting.template_parts import TemplateParts, extrapolate_hidden, move_rigid_parts
 from mien.mesh import Mesh
 from mien.register import Template
 
@@ -26,3 +26,13 @@ def test_openings_are_hidden_and_the_face_is_shown():
     assert (trust[face.regions["face"] > 0.9] > 0).mean() > 0.97
     assert not trust[face.parts["tongue"]].any()
     assert (trust[face.parts["skin"]] == 0).sum() > 300
+
+
+def test_an_eye_rides_on_the_skin_round_it():
+    face = load_face()
+    before = face.rig.neutral.vertices
+    skin = face.parts["skin"]
+    after = before.copy()
+    after[skin] += [0.0, 2.0, -1.0]
+    found = move_rigid_parts(face.parts, skin, np.ones(len(skin), bool), before, after)
+    np.testing.assert_allclose(found, before + np.array([0.0, 2.0, -1.0]), atol=1e-6)

@@ -3,12 +3,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import light_scene
 from mien.errors import BadInput
 from mien.experiments.light_stage import LightStageConfig, score_scan, staged_capture
 from mien.light.decode_sinusoids import DecodeConfig
 from mien.light.motion import MotionConfig
 from mien.light.patterns import gray_set, phase_set
-from mien.light.pipeline import LightConfig, decode_capture
+from mien.light.pipeline import LightConfig, check_projector, decode_capture
+from mien.light.triangulate import DepthMap
 from mien.stage import STRANGER, SkinConfig, make_performer, make_skin
 
 SMALL = LightStageConfig(size=(216, 288), projector=(512, 384))
@@ -92,3 +94,13 @@ def test_pictures_of_another_rig_are_told(still):
         decode_capture({"top": still.images["left"]}, still.patterns, still.rig, COARSE)
     with pytest.raises(BadInput, match="calibrated projector"):
         decode_capture({"left": still.images["left"]}, still.patterns, replace(still.rig, projector=None), COARSE)
+
+
+def test_points_off_the_projectors_planes_are_another_rigs():
+    rig = light_scene.rig()
+    left = rig.cameras[0]
+    seen = light_scene.ball_columns(left, rig.projector)
+    truth, _ = light_scene.ball_depth(left)
+    check_projector(DepthMap(truth, np.ones_like(truth)), left, rig.projector, seen)
+    with pytest.raises(BadInput, match="projector pixels off the patterns"):
+        check_projector(DepthMap(truth * 1.4, np.ones_like(truth)), left, rig.projector, seen)

@@ -9,6 +9,7 @@ from mien.light.decode_sinusoids import Decoded
 from mien.light.triangulate import (
     DepthMap,
     TriangulateConfig,
+    cleaned,
     facing,
     pieces,
     pixel_rays,
@@ -78,3 +79,16 @@ def test_points_lie_on_their_pixels_rays():
     np.testing.assert_allclose(LEFT.camera.project(points)[5, 7], [7, 5])
     assert pixel_rays(LEFT.camera)[..., 2].min() == 1
     assert TriangulateConfig().nearest_mm < 700
+
+
+def test_crumbs_and_what_is_too_near_or_far_are_left_out():
+    z = np.full((LEFT.camera.height, LEFT.camera.width), np.nan)
+    z[20:120, 20:120] = 600.0
+    z[130:135, 140:145] = 600.0
+    z[150:190, 20:60] = 100.0
+    z[150:190, 80:120] = 5000.0
+    found = cleaned(DepthMap(z, np.ones_like(z)), LEFT.camera, TriangulateConfig())
+    expected = np.zeros(z.shape, bool)
+    expected[20:120, 20:120] = True
+    np.testing.assert_array_equal(np.isfinite(found.z), expected)
+    np.testing.assert_array_equal(np.isfinite(found.sigma_mm), expected)

@@ -1,21 +1,18 @@
 """Whole takes: the stage's, scored against its truth; real ones, judged by what was posed."""
 
-import json
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from mien.cli.main import main
-from mien.clip import Markers
+from marker_stage import staged_take
 from mien.faces import ARKIT_NAMES, load_face
-from mien.io.gltf import read_performance
-from mien.io.markers import read_markers, write_c3d
+from mien.io.markers import read_markers
 from mien.markers.personalise_shapes import spline
 from mien.markers.pipeline import TakeConfig, fit_neutral_to_markers, solve_take
 from mien.reports.markers import preview, take_report, telling_frames
-from mien.stage import make_performer, marker_layout, perform, score_performance, scripted
+from mien.stage import score_performance
 from mien.takes.marker_model import marker_model
 
 REAL = Path(__file__).parents[2] / "shared/data/markers16"
@@ -23,9 +20,7 @@ REAL = Path(__file__).parents[2] / "shared/data/markers16"
 
 @pytest.fixture(scope="module")
 def staged():
-    performer = make_performer(3)
-    script = scripted(24.0, 10.0)
-    return perform(performer, script.weights, 24.0, marker_layout(performer, 60), seed=3)
+    return staged_take()
 
 
 @pytest.fixture(scope="module")
@@ -74,53 +69,6 @@ def test_preview_and_report(staged, solved, tmp_path):
     html = (tmp_path / "r.html").read_text()
     assert "a note &amp; more" in html
     assert staged.markers.labels[0] in html
-
-
-def run(capsys, *words: str) -> tuple[int, str]:
-    """`mien WORDS`: exit status and what it said on stderr."""
-    with pytest.raises(SystemExit) as exit:
-        main(list(words))
-    return exit.value.code or 0, capsys.readouterr().err
-
-
-def test_solve_from_file_to_file_and_placed_by_hand(staged, tmp_path, capsys):
-    take = staged.markers
-    write_c3d(tmp_path / "take.c3d", Markers(take.positions[:60], take.labels, take.rate))
-    out = tmp_path / "perf.glb"
-    places = tmp_path / "places.json"
-    solve = ("solve", str(tmp_path / "take.c3d"), "-o")
-    assert run(capsys, *solve, str(out), "--save-attach", str(places))[0] == 0
-    performance = read_performance(out)
-    assert performance.weights.shape == (60, 52)
-    assert performance.rate == take.rate
-    assert {p.name for p in tmp_path.iterdir()} == {"take.c3d", "perf.glb", "perf.png", "perf.html", "places.json"}
-    assert set(json.loads(places.read_text())) == set(take.labels)
-    again = tmp_path / "again.glb"
-    assert run(capsys, *solve, str(again), "--attach", str(places), "--personalise-rounds", "0")[0] == 0
-    assert np.abs(read_performance(again).weights - performance.weights).mean() < 0.1
-
-
-@pytest.mark.parametrize(
-    ("content", "says"),
-    [
-        (b"not a c3d file at all", "take.c3d"),
-        (b"", "take.c3d"),
-    ],
-)
-def test_bad_takes_are_one_line_status_2_and_leave_nothing(tmp_path, capsys, content, says):
-    (tmp_path / "take.c3d").write_bytes(content)
-    status, error = run(capsys, "solve", str(tmp_path / "take.c3d"), "-o", str(tmp_path / "perf.glb"))
-    assert status == 2
-    assert says in error
-    assert error.count("\n") == 1
-    assert [p.name for p in tmp_path.iterdir()] == ["take.c3d"]
-
-
-def test_a_folder_that_is_not_there_is_told_before_the_work(tmp_path, capsys, staged):
-    write_c3d(tmp_path / "take.c3d", staged.markers)
-    status, error = run(capsys, "solve", str(tmp_path / "take.c3d"), "-o", str(tmp_path / "no/perf.glb"))
-    assert status == 2
-    assert "does not exist" in error
 
 
 @pytest.mark.data

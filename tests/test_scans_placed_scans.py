@@ -2,9 +2,13 @@
 
 import numpy as np
 
+from mien.fitting.register_scan import Registration
+from mien.landmarks.lift import Landmarks3D
+from mien.mesh import Scan
 from mien.scans.correspond.large_scale import ScanLandmarks
+from mien.scans.fitted_scan import FittedScan
 from mien.scans.marker_registration import MarkersOnScan, MarkersOnScans
-from mien.scans.placed_scans import PlacedScan, PlacedScans, both_landmarks
+from mien.scans.placed_scans import PlacedScan, PlacedScans, both_landmarks, scanned_frames
 from mien.scans.take_in_head import TakeInHead
 from mien.transforms import Transform, rotation_from_vector, stacked
 from small_scans import markers_on, sheet
@@ -28,3 +32,26 @@ def test_a_moved_scan_takes_its_markers_landmarks_and_pose_along():
     np.testing.assert_allclose(moved.scans[1].T_face_scan.rotation, TURN.rotation)
     assert both_landmarks(moved.scans[0], moved.scans[1]) is not None
     assert both_landmarks(moved.scans[0], PlacedScan("s", 0, mesh, still, None)) is None
+
+
+def registration(scale: float, unit: str) -> Registration:
+    """The sheet as it was found in a file of some unit."""
+    mesh, nothing = sheet(), np.zeros(len(sheet().vertices))
+    seen = Landmarks3D(
+        np.full((478, 3), np.nan), np.zeros(478), Transform.identity(), unit, {}, misfit=0.0, inside_out=False
+    )
+    T = Transform(np.eye(3), np.zeros(3), scale)
+    return Registration(mesh, T, nothing, nothing > 0, {}, seen, np.zeros(2), {})
+
+
+def test_scans_are_seen_in_millimetres_by_their_own_unit_or_the_neutrals():
+    mesh = sheet()
+    small = mesh.with_vertices(mesh.vertices / 10)
+    known = FittedScan(Scan(small, name="a"), 0, small, registration(10.0, "cm"))
+    silent = FittedScan(Scan(small, name="b"), 1, small, None)
+    take = TakeInHead(("M",), (known, silent), np.zeros((2, 1, 3)))
+    for frame in scanned_frames(take):
+        np.testing.assert_allclose(frame.mesh.vertices, mesh.vertices)
+    first, second = scanned_frames(take)
+    assert second.T_face_scan is None
+    np.testing.assert_allclose(first.T_face_scan.apply(mesh.vertices).mean(axis=0), mesh.vertices.mean(axis=0))

@@ -106,3 +106,8 @@ def test_takes_with_other_markers_are_refused():
         solve_on_scans(replace(take, labels=tuple(f"X{i}" for i in range(25))), found)
     fewer = replace(take, positions=take.positions[:, :20], labels=take.labels[:20])
     assert solve_on_scans(fewer, found).residuals.shape[1] == 20
+
+
+def test_smoothing_takes_noise_away():
+    noise = np.random.default_rng(5).normal(size=(200, 4, 3))
+    assert smoothed(noise, 6).std() < 0.75 * noise.std()

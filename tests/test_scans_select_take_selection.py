@@ -1,15 +1,11 @@
 """From a recorded take to selection.json, and the command."""
 
-import json
 
 import numpy as np
 import pytest
 
-from command import mien
-from grey_film import film
 from mien.clip import Markers
 from mien.errors import BadInput
-from mien.io.markers import write_c3d
 from mien.scans.select.select_frames import SelectConfig, select_frames
 from mien.scans.select.take_selection import SelectTakeConfig, read_selection, select_take, write_selection
 from mien.transforms import Transform, rotation_from_vector
@@ -108,33 +104,3 @@ def test_selection_files_that_cannot_be_are_named(tmp_path, text, message):
     (tmp_path / "s.json").write_text(text)
     with pytest.raises(BadInput, match=message):
         read_selection(tmp_path / "s.json")
-
-
-def test_the_command_writes_list_study_and_sheet(tmp_path, capsys):
-    take, _ = recorded(markers=16)
-    write_c3d(tmp_path / "take.c3d", take)
-    film(tmp_path / "f.mp4", 30)
-    mien(
-        "select",
-        tmp_path / "take.c3d", output=tmp_path / "s.json", tolerance=1e-6, max_frames=3, spare_markers=True,
-        video=tmp_path / "f.mp4", video_offset=0.2, units="mm",
-    )  # fmt: skip
-    content = json.loads((tmp_path / "s.json").read_text())
-    assert len(content["frames"]) == len(content["errors"]) == 3
-    assert content["take"] == "take.c3d"
-    assert len(content["markers"]["spare_first"]) == 4
-    assert (tmp_path / "s.png").stat().st_size > 100
-    printed = capsys.readouterr().out
-    assert "3 frames to scan" in printed
-    assert "frames  mean, mm  % of diagonal  strongest tenth, %\n     1 " in printed
-    assert "the mean alone is not met either" in printed
-    assert len(content["strongest"]) == 3
-
-
-def test_nothing_is_written_where_the_film_is_too_short(tmp_path):
-    take, _ = recorded()
-    write_c3d(tmp_path / "take.c3d", take)
-    film(tmp_path / "f.mp4", 2)
-    with pytest.raises(BadInput, match="--video-offset"):
-        mien("select", tmp_path / "take.c3d", output=tmp_path / "s.json", tolerance=1e-6, video=tmp_path / "f.mp4")
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["f.mp4", "take.c3d"]

@@ -1,5 +1,7 @@
 """Weights and pose of every frame."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -119,3 +121,18 @@ def test_two_pairs_of_equations_leave_what_plain_least_squares_leaves():
         w = np.linalg.lstsq(keep @ S, keep @ r[t].ravel(), rcond=None)[0]
         np.testing.assert_allclose(np.linalg.solve(reduced[t], right[t]), w, atol=1e-6)
         np.testing.assert_allclose(back[t, :, 0] - back[t, :, 1:] @ w, pose_of @ (r[t].ravel() - S @ w), atol=1e-4)
+
+
+@pytest.mark.parametrize("name", ["sparsity", "smoothness", "ridge"])
+def test_every_price_holds_weights_back_at_its_default(name):
+    model = small_model()
+    _, T, X = acted()
+    noisy = X + np.random.default_rng(0).normal(size=X.shape)
+    held = solve_frames(model, noisy, T, 60.0).weights
+    free = solve_frames(model, noisy, T, 60.0, config=replace(SolveConfig(), **{name: 0.0})).weights
+    cost = {
+        "sparsity": lambda w: w.sum(),
+        "smoothness": lambda w: (np.diff(w, axis=0) ** 2).sum(),
+        "ridge": lambda w: (w**2).sum(),
+    }[name]
+    assert cost(held) < 0.9999 * cost(free)

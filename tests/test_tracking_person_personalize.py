@@ -9,11 +9,13 @@ import pytest
 import tracking_stage as stage
 from mien.errors import BadInput
 from mien.faces.bundled import load_face
+from mien.landmarks.detector import Landmarks2D
 from mien.landmarks.face_correspondence import match_faces
-from mien.landmarks.on_rig import FEATURES
+from mien.landmarks.on_rig import FEATURES, LOWER_INNER_LIP
 from mien.mesh import ClosestPoint
 from mien.rig.facs import FACS23
-from mien.tracking.person.personalize import PersonalizeConfig, personalize
+from mien.tracking.person.aggregate import Aggregate
+from mien.tracking.person.personalize import PersonalizeConfig, own_landmarks, personalize
 from mien.transforms import Transform
 
 
@@ -77,3 +79,20 @@ def test_the_scan_is_in_the_person_s_face_space():
     off = ClosestPoint(person.rig.neutral).query(person.scan.vertices).distances
     assert np.median(off) < 0.6
     assert isinstance(person.neutral.T_scan_face, Transform)
+
+
+def test_landmarks_are_where_they_were_seen_on_this_face_but_for_the_inner_lips():
+    """A landmarker that sees a brow and an inner lip 6 mm too high on this person: the brow's place is taken over."""
+    rig, generic = stage.person(5), stage.landmarks()
+    poses = [stage.pose((0.0, 0.1 * t, 0.0)) for t in (-1, 0, 1)]
+    brow, lip = 105, LOWER_INNER_LIP[1]
+    found = []
+    for T in poses:
+        points = T.apply(generic.attachment.points(rig.neutral))
+        points[[brow, lip], 1] -= 6.0
+        found.append(Landmarks2D(stage.CAMERA.project(points), np.zeros(478), {}))
+    scanned = Aggregate(rig.neutral, tuple(poses), 0.0)
+    own = own_landmarks(rig, generic, scanned, Transform.identity(), found, stage.CAMERA)
+    moved = own.attachment.points(rig.neutral) - generic.attachment.points(rig.neutral)
+    assert moved[brow, 1] > 4.0
+    assert abs(moved[lip, 1]) < 0.5

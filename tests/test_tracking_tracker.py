@@ -9,7 +9,7 @@ import pytest
 import tracking_stage as stage
 from mien.depth import RGBDFrame
 from mien.errors import BadInput
-from mien.tracking.tracker import step
+from mien.tracking.tracker import finite, step
 from mien.tracking.tracker_context import initial_state, tracker_context
 
 BAD = 3
@@ -76,3 +76,14 @@ def test_a_head_is_found_by_the_landmarks_that_are_numbers():
 def test_a_time_that_is_no_number_is_refused():
     with pytest.raises(BadInput, match="time"):
         RGBDFrame(None, np.ones((2, 2), np.float32), float("nan"))
+
+
+def test_a_state_with_one_number_that_is_none_is_no_state_to_go_on_from():
+    context, *_ = scene()
+    state = initial_state(context)
+    assert finite(state)
+    vertices = state.vertices.copy()
+    vertices[7, 1] = np.nan
+    assert not finite(replace(state, vertices=vertices))
+    pose = replace(state.T_camera_face, translation=np.array([0.0, np.inf, 0.0]))
+    assert not finite(replace(state, T_camera_face=pose))

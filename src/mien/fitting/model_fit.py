@@ -1,4 +1,4 @@
-"""The face model on one scan: of somebody unknown, or of a person whose neutral face is known already."""
+"""The face model on one scan of somebody unknown."""
 
 from dataclasses import dataclass, replace
 
@@ -38,10 +38,6 @@ class ModelFitConfig:
     """Standard deviation of an expression's weight about that."""
     identity_deviation: float = 1.0
     """Standard deviation of the identity's coefficients: 1 is the people that the space was made from."""
-    known_identity_deviation: float = 0.1
-    """... of the identity's coefficients about a person who is known; 0 holds them."""
-    known_expression_deviation: float = 0.4
-    """... of an expression's weight of a person who is known: with the identity settled it is freer."""
     landmark_sigma: float = 3.0
     """How wrong a landmark is expected to be."""
     landmark_agreement: float = 1.5
@@ -61,9 +57,9 @@ class ModelFit:
     T_model_target: Transform
     """Rigid: the target's frame -> face space, as the model's pose has it."""
     identity: Float[np.ndarray, " i"]
-    """Standard deviations: from the average, or from the known person."""
+    """Standard deviations from the average."""
     expression: dict[str, float]
-    """Weights, ARKit names; from the known person's neutral where there is one."""
+    """Weights, ARKit names."""
     converged: bool
     costs: dict[str, float]
     """Of each term, see `morphable.FaceFit`."""
@@ -113,36 +109,6 @@ def fit_person_to_scan(
     model = _expressive(people, face, deltas, scores, config)
     last = replace(config, surface_sigma=config.surface_sigma[-2:])
     return _result(face, _fit(face, parts, model, surface, anchors, last, rough.state), len(people.modes))
-
-
-def fit_expression_on_scan(
-    face: BundledFace,
-    neutral: Float[np.ndarray, "n 3"],
-    surface: Surface,
-    anchors: Anchors,
-    scores: dict[str, float] | None = None,
-    config: ModelFitConfig = ModelFitConfig(),
-    parts: TemplateParts | None = None,
-) -> ModelFit:
-    """The expression of a person whose neutral face is known: where to start a scan of an open mouth or closed lids.
-
-    The identity is held but for `config.known_identity_deviation`, the 52 expressions (fitted to this person's eyes)
-    and the pose are free; upper and lower lip, and the lids of an eye, never match each other. Displacements from
-    `neutral` carry over to a subdivided template by `loop_refinement(...).matrix`.
-
-    Args:
-        neutral: the person in the bundled topology, face space, mm (a registered scan of the resting face).
-        surface: the scan in face space, mm, aligned but for a few centimetres and degrees.
-        anchors: landmarks of the scan (`landmark_anchors`), attached where this person's lie on the topology: places
-            seen on the neutral scan take the detector's own bias off.
-        scores: expressions as they were seen, ARKit names, 0..1; None expects none.
-    """
-    parts = parts or TemplateParts(face)
-    people = identity_model(face, config.known_identity_deviation, PEOPLE_BOUND)
-    person = replace(people, mean=neutral)
-    free = replace(config, expression_deviation=config.known_expression_deviation)
-    model = _expressive(person, face, face.fitted_deltas(neutral), scores or {}, free)
-    return _result(face, _fit(face, parts, model, surface, anchors, config), len(people.modes))
 
 
 def _expressive(
