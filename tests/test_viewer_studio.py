@@ -9,13 +9,16 @@ from PIL import Image
 
 from browser import browser, page_at
 from mien.faces import load_face
+from mien.image_space.constraints import read_constraints
 from mien.io.edits_file import edits_beside, edits_from, read_layer
 from mien.io.gltf import write_performance
-from mien.mesh import vertex_normals
+from mien.io.meshes import write_mesh
+from mien.mesh import ClosestPoint, vertex_normals
 from mien.pictures import Renderer, frontal_camera
 from mien.pictures.show import rig_look
 from mien.rig.edits import apply_edits
 from mien.viewer.gpu_face import refined
+from mien.viewer.open_files import gather
 from mien.viewer.page_files import export_page
 from mien.viewer.studio import Studio
 from mien.viewer.studio_scene import Shown
@@ -192,6 +195,30 @@ def test_a_page_of_another_run_says_so(chromium, studio):
     page = chromium.new_page()
     page.goto(server.address[:-3] + "abc")
     assert "another run" in page.inner_text("body")
+    page.close()
+    server.shutdown()
+    server.server_close()
+
+
+def test_two_points_are_picked_on_two_scans(chromium, tmp_path):
+    """A click on one scan, then on the other: the file that `mien register --constraints` reads."""
+    mesh = load_face().rig.neutral
+    for name, shift in (("calm.ply", 0.0), ("smile.ply", 300.0)):
+        write_mesh(tmp_path / name, mesh.with_vertices(mesh.vertices + np.array([shift, 0, 0])))
+    shown, _ = gather([tmp_path / "calm.ply", tmp_path / "smile.ply"])
+    server = Studio(shown).open("127.0.0.1")
+    page = page_at(chromium, server.address)
+    box = page.locator("#canvas").bounding_box()
+    for side in (0.25, 0.75):
+        page.mouse.click(box["x"] + side * box["width"], box["y"] + 0.5 * box["height"])
+    page.wait_for_function("studio.correspond.done.startsWith('Saved')")
+    pair = read_constraints(tmp_path / "constraints.json")[0]
+    assert pair.scans == ("calm.ply", "smile.ply")
+    one, two = pair.points[:, 0]
+    np.testing.assert_allclose(two - one, [300, 0, 0], atol=0.5)
+    assert ClosestPoint(mesh).query(one[None]).distances[0] < 0.5
+    page.click("#undo-pair")
+    page.wait_for_function("studio.correspond.complete.points.length === 0")
     page.close()
     server.shutdown()
     server.server_close()

@@ -1,6 +1,6 @@
 // A face whose shape is made on the GPU: shapes summed, subdivided, normals found anew, all in textures.
 import * as THREE from "three";
-import { COVER, FACE_FRAGMENT, FACE_VERTEX, LAMP_FRAGMENT, LAMP_VERTEX, MORPH, NORMALS, SUBDIVIDE, WIDTH } from "./shaders.js";
+import { COVER, FACE_FRAGMENT, FACE_VERTEX, LAMP_FRAGMENT, LAMP_VERTEX, MORPH, NORMALS, PICK_FRAGMENT, PICK_VERTEX, SUBDIVIDE, WIDTH } from "./shaders.js";
 
 export const SILENT = 1e-5; // weights below this are none
 
@@ -86,6 +86,7 @@ export class GpuFace {
     this.material = raw(FACE_VERTEX, FACE_FRAGMENT, this.uniforms, { side: THREE.DoubleSide });
     this.wire = raw(FACE_VERTEX, FACE_FRAGMENT, { ...this.uniforms, lines: { value: true } }, { wireframe: true, transparent: true, depthFunc: THREE.LessEqualDepth, polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnits: -1 });
     this.lampMaterial = raw(LAMP_VERTEX, LAMP_FRAGMENT, { places: this.uniforms.places, lamp: this.uniforms.lamp }, { side: THREE.DoubleSide });
+    this.pickMaterial = raw(PICK_VERTEX, PICK_FRAGMENT, { places: this.uniforms.places }, { side: THREE.DoubleSide });
     const mesh = new THREE.Mesh(geometry, this.material);
     mesh.frustumCulled = false;
     mesh.matrixAutoUpdate = false;

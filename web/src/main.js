@@ -2,6 +2,7 @@
 import * as THREE from "three";
 import { Alive } from "./alive.js";
 import { Clock } from "./clock.js";
+import { Correspond } from "./correspond.js";
 import { CorrectPanel } from "./correct.js";
 import { button, choice, heading, make, row, save, toggle } from "./dom.js";
 import { Edits } from "./edits.js";
@@ -34,7 +35,7 @@ class Studio {
     this.shown = header.faces.map((one, i) => {
       const face = new GpuFace(one, file, palette), motion = one.motion && new Motion(one.motion, file);
       const edits = motion && new Edits(i, one.name, () => this.corrected());
-      return { name: one.name, face, motion, edits, view: this.stage.add(face), weights: new Float32Array(one.names.length), held: new Map(), alive: motion && new Alive(one.names, motion) };
+      return { name: one.name, kind: one.kind, face, motion, edits, view: this.stage.add(face), weights: new Float32Array(one.names.length), held: new Map(), alive: motion && new Alive(one.names, motion) };
     });
     this.current = this.shown[0];
     Object.defineProperty(this, "edits", { get: () => this.current.edits });
@@ -47,6 +48,7 @@ class Studio {
     this.clouds = header.markers.map((one) => new MarkerCloud(one, file));
     for (const cloud of this.clouds) this.current.view.scene.add(cloud.points);
     this.compare();
+    this.show();
     this.page(header);
     this.clock.listen(() => this.show());
     const opening = (window.MIEN_OPENING ?? new URLSearchParams(location.search).get("opening") ?? "").split(",");
@@ -87,6 +89,7 @@ class Studio {
     }
     panel.append(row(button("screenshot", () => this.screenshot())));
     if (this.shown.length > 1) panel.append(row(choice("face", this.shown.map(({ name }, i) => [i, name]), 0, (i) => this.turnTo(this.shown[i]))));
+    if (this.shown.length > 1 && this.shown.slice(0, 2).every(({ kind }) => kind === "scan")) this.correspond = new Correspond(panel, this);
     if (this.current.motion) this.correct = new CorrectPanel(panel, this);
     if (this.current.face.names.length) this.sliders = new Sliders(panel, this);
     document.getElementById("film").append(...header.films.map((film) => filmOf({ ...film, address: address(film.address) }, this.clock)));
@@ -123,12 +126,19 @@ class Studio {
       if (motion && this.lively) one.alive.apply(time, weights);
       for (const [k, value] of held) weights[k] = value;
       face.setWeights(weights);
-      if (motion && !this.stillHead) face.setPose(motion.poseAt(time, this.pose)); else face.setPose(this.pose.identity());
+      if (motion && !this.stillHead) face.setPose(motion.poseAt(time, this.pose)); else face.setPose(this.resting(one));
     }
     for (const cloud of this.clouds) cloud.show(time);
     this.sliders?.show(this.current.weights);
     this.timeline?.draw();
     this.stage.touch();
+  }
+
+  // Scans stand in frames of their own: each is shown with its middle where the first one's is.
+  resting({ face, kind }) {
+    this.pose.identity();
+    if (kind === "scan") this.pose.setPosition(this.stage.bounds(this.shown[0].face).middle.clone().sub(this.stage.bounds(face).middle));
+    return this.pose;
   }
 
   // Corrections have changed: bridge what is bad, draw anew.

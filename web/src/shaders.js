@@ -72,6 +72,17 @@ export const LAMP_FRAGMENT = `${COMMON}
 in float near; out vec4 made;
 void main() { made = vec4(near, 0.0, 0.0, 1.0); }`;
 
+// Where on the surface a pixel is, in the surface's own space.
+export const PICK_VERTEX = `${SURFACE}
+out vec3 place;
+void main() {
+  place = texelFetch(places, texel(int(source + 0.5)), 0).xyz;
+  gl_Position = projectionMatrix * modelViewMatrix * vec4(place, 1.0);
+}`;
+export const PICK_FRAGMENT = `${COMMON}
+in vec3 place; out vec4 made;
+void main() { made = vec4(place, 1.0); }`;
+
 export const FACE_VERTEX = `${SURFACE}
 in vec2 uv, sky, material; in vec3 colour;
 uniform sampler2D normals, others; uniform float opened; uniform int heat; uniform mat3 normalMatrix;

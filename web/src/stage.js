@@ -20,7 +20,7 @@ export class Stage {
     this.views = []; // one a face: { face, scene, overlay }
     this.backdrop = raw(COVER, BACKDROP, {}, { depthTest: false, depthWrite: false });
     this.shadows = new THREE.WebGLRenderTarget(64, 64, { type: THREE.FloatType, format: THREE.RedFormat, minFilter: THREE.NearestFilter, magFilter: THREE.NearestFilter });
-    this.lampScene = new THREE.Scene();
+    this.picked = new THREE.WebGLRenderTarget(1, 1, { type: THREE.FloatType, format: THREE.RGBAFormat });
     this.dirty = true;
   }
 
@@ -102,6 +102,26 @@ export class Stage {
     face.mesh.material = face.wire; overlay.visible = false;
     this.renderer.render(scene, this.camera);
     face.mesh.material = face.material; overlay.visible = true;
+  }
+
+  // The face under a point of the window, and where on it; null where there is none.
+  pick(x, y) {
+    const { renderer, camera } = this, box = renderer.domElement.getBoundingClientRect(), wide = box.width / this.views.length;
+    const index = Math.floor((x - box.left) / wide), view = this.views[index];
+    if (!view) return null;
+    camera.setViewOffset(wide, box.height, x - box.left - index * wide, y - box.top, 1, 1);
+    view.face.mesh.material = view.face.pickMaterial;
+    renderer.setRenderTarget(this.picked);
+    renderer.setScissorTest(false);
+    renderer.setClearColor(0x000000, 0);
+    renderer.clear();
+    renderer.render(view.face.mesh, camera);
+    const read = new Float32Array(4);
+    renderer.readRenderTargetPixels(this.picked, 0, 0, 1, 1, read);
+    renderer.setRenderTarget(null);
+    view.face.mesh.material = view.face.material;
+    camera.clearViewOffset();
+    return read[3] ? { index, place: Array.from(read.subarray(0, 3)) } : null;
   }
 
   // What the lamp sees, from where it stands beside the camera.

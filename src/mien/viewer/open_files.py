@@ -12,6 +12,7 @@ from ..io.gltf.glb import open_glb
 from ..io.markers import read_markers
 from ..io.meshes import read_scan
 from ..io.rigs import read_any_rig
+from ..io.units import parse_unit
 from ..mesh import Scan
 from ..rig import Performance, Rig
 from .studio_scene import Film, Shown
@@ -36,7 +37,8 @@ def gather(files: Sequence[Path], units: str | None = None) -> tuple[list[Shown]
         elif suffix in TAKES:
             shown.append(Shown(file.name, read_markers(file, units), file))
         else:
-            shown.append(Shown(file.name, open_face(file, units), file))
+            unit_mm = 1.0 if units is None or suffix in GLTF else parse_unit(units)
+            shown.append(Shown(file.name, open_face(file, units), file, unit_mm))
     return shown, films
 
 

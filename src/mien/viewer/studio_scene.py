@@ -32,6 +32,8 @@ class Shown:
     thing: Performance | Rig | Scan | Markers
     path: Path | None = None
     """The file that it came from; corrections are kept beside it."""
+    unit_mm: float = 1.0
+    """Millimetres in one unit of a scan's file."""
 
 
 @dataclass(frozen=True)
