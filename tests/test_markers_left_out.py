@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from marker_stage import acted, small_model
+from mien.markers.between_markers import MotionCovariance
 from mien.markers.left_out import LeftOutConfig, LeftOutError, folds, leave_markers_out, left_out_doubt
 from mien.takes.frame_solve import SolveConfig
 
@@ -42,3 +43,18 @@ def test_badly_told_markers_are_a_warning_and_untried_ones_none():
     assert "82%" in left_out_doubt(LeftOutError(0.7, 0.82))[0]
     assert left_out_doubt(LeftOutError(0.4, 0.34)) == ()
     assert left_out_doubt(LeftOutError(np.nan, np.nan)) == ()
+
+
+def test_motion_carried_from_the_markers_shown_counts_where_shapes_are_wrong():
+    """A face whose shapes say nothing of the take: the others' motion still tells a hidden marker."""
+    _, T, X = acted()
+    rng = np.random.default_rng(1)
+    wrong = replace(small_model(), shapes=rng.normal(size=(6, 40, 3)))
+    flat = small_model().shapes.reshape(6, -1)
+    known = (flat.T @ flat).reshape(40, 3, 40, 3)
+    covariance = MotionCovariance(known, known, 0.1)
+    alone = leave_markers_out(wrong, X, T, solve=LOOSE)
+    mixed = leave_markers_out(wrong, X, T, solve=LOOSE, covariance=covariance)
+    assert alone.carry_share == 0
+    assert mixed.carry_share > 0
+    assert mixed.left_out_mm < alone.left_out_mm

@@ -9,10 +9,13 @@ import pytest
 from marker_stage import staged_take
 from mien.faces import ARKIT_NAMES, load_face
 from mien.io.markers import read_markers
+from mien.markers.between_markers import BetweenConfig
+from mien.markers.left_out import LeftOutConfig
 from mien.markers.personalise_shapes import spline
-from mien.markers.pipeline import TakeConfig, fit_neutral_to_markers, solve_take
+from mien.markers.pipeline import TakeConfig, carry_between, fit_neutral_to_markers, solve_take
 from mien.reports.markers import preview, take_report, telling_frames
 from mien.stage import score_performance
+from mien.takes.frame_solve import FrameSolve
 from mien.takes.marker_model import marker_model
 
 REAL = Path(__file__).parents[2] / "shared/data/markers16"
@@ -36,6 +39,23 @@ def test_a_staged_take_is_followed_far_closer_than_by_a_frozen_face(staged, solv
     assert score.surface <= 1.5
     assert solved.depth_known
     assert solved.calibration.alignment_margin > 0.3
+
+
+def test_shapes_between_the_markers_are_bent_as_far_as_carried_motion_counts(staged, solved):
+    """Here the bundled shapes tell hidden markers better; where it is told to count all the same, it does."""
+    calibration, lab = solved.calibration, solved.markers.positions
+    frames = FrameSolve(
+        solved.performance.weights, solved.T_lab_face, solved.residuals, solved.used, solved.performance.tracked, True
+    )
+    ask = (lab, staged.markers.rate, calibration, calibration, frames, None, True, load_face())
+    brief = TakeConfig(left_out=LeftOutConfig(frames=12))
+    same, _, left_out = carry_between(*ask, brief)
+    assert left_out.carry_share == 0
+    assert same is calibration
+    bent, again, left_out = carry_between(*ask, replace(brief, between=BetweenConfig(gain=-10.0)))
+    assert left_out.carry_share > 0
+    assert np.abs(bent.rig.deltas - calibration.rig.deltas).max() > 0.5
+    assert np.nanmean(again.residuals) < 1.5 * np.nanmean(solved.residuals)
 
 
 def test_the_neutral_face_meets_the_calm_frame_s_markers(solved):

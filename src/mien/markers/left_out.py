@@ -9,6 +9,7 @@ from ..clip import visible
 from ..takes.frame_solve import SolveConfig, solve_frames
 from ..takes.marker_model import MarkerModel
 from ..transforms import Transform
+from .between_markers import BetweenConfig, MotionCovariance, carry_share
 
 RATE = 30.0
 """Frames a second that the chosen frames are said to have; without smoothness nothing depends on it."""
@@ -39,6 +40,8 @@ class LeftOutError:
     """Mean distance of markers from where a solve without them puts them."""
     left_out_share: float
     """... as a share of their mean distance from their places on the neutral face."""
+    carry_share: float = 0.0
+    """Share with which motion carried from the markers shown is mixed with the shapes', by what either is off."""
 
     def __str__(self) -> str:
         if not np.isfinite(self.left_out_mm):
@@ -63,6 +66,8 @@ def leave_markers_out(
     metric: Float[np.ndarray, "3 3"] | None = None,
     solve: SolveConfig = SolveConfig(),
     config: LeftOutConfig = LeftOutConfig(),
+    covariance: MotionCovariance | None = None,
+    between: BetweenConfig = BetweenConfig(),
 ) -> LeftOutError:
     """How far markers are from where a solve without them puts them: cross-validation over markers.
 
@@ -70,30 +75,46 @@ def leave_markers_out(
         model: the markers on a rig that was not bent to them.
         positions: lab frame, mm; NaN where not seen.
         T_lab_face: poses to start from.
+        covariance: tells hidden markers by the shown ones' motion too, mixed with what shapes say.
     """
     frames = np.unique(np.linspace(0, len(positions) - 1, config.frames).astype(int))
     alone = replace(solve, smoothness=0.0, rounds=config.rounds)
     group = folds(model.neutral, config.folds)
-    off, moved = [], []
+    found = []
     for fold in range(config.folds if config.frames else 0):
         shown = group != fold
-        X, T = positions[frames], T_lab_face[frames]
-        if (visible(X[:, shown]).sum(axis=1) >= solve.fewest).sum() == 0:
-            continue
-        few = MarkerModel(model.neutral[shown], model.shapes[:, shown])
-        solved = solve_frames(few, X[:, shown], T, RATE, metric, alone)
-        here, there = solved.T_lab_face[solved.tracked], X[solved.tracked][:, ~shown]
-        hidden = MarkerModel(model.neutral[~shown], model.shapes[:, ~shown])
-        off.append(_distances(there, here.apply(hidden.points(solved.weights[solved.tracked]))))
-        moved.append(_distances(there, here.apply(np.broadcast_to(hidden.neutral, there.shape))))
-    if not off or not np.isfinite(np.concatenate(off)).any():
+        if (visible(positions[frames][:, shown]).sum(axis=1) >= solve.fewest).any():
+            found.append(_tell_hidden(model, positions[frames], T_lab_face[frames], shown, metric, alone, covariance))
+    if not found or not any(np.isfinite(off).any() for off, _, _ in found):
         return LeftOutError(np.nan, np.nan)
-    error = float(np.nanmean(np.concatenate(off)))
-    return LeftOutError(error, error / max(float(np.nanmean(np.concatenate(moved))), LEAST_MOTION_MM))
+    off, off_carried, moved = (np.concatenate([one[i] for one in found]) for i in range(3))
+    share = 0.0 if covariance is None else carry_share(_mean(off), _mean(off_carried), between)
+    error = _mean((1 - share) * off + share * off_carried)
+    return LeftOutError(error, error / max(_mean(moved), LEAST_MOTION_MM), share)
 
 
-def _distances(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return np.linalg.norm(a - b, axis=2).ravel()
+def _tell_hidden(
+    model: MarkerModel, X: np.ndarray, T: Transform, shown: np.ndarray, metric, solve: SolveConfig, covariance
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """How far hidden markers are from where shapes, and where carried motion, put them, and from rest: (k, 3) each."""
+    few = MarkerModel(model.neutral[shown], model.shapes[:, shown])
+    hidden = MarkerModel(model.neutral[~shown], model.shapes[:, ~shown])
+    solved = solve_frames(few, X[:, shown], T, RATE, metric, solve)
+    seen = solved.T_lab_face[solved.tracked].inverse().apply(X[solved.tracked])
+    weights = solved.weights[solved.tracked]
+    there = seen[:, ~shown]
+    off, moved = there - hidden.points(weights), there - hidden.neutral
+    off_carried = off
+    if covariance is not None:
+        carry = covariance.carry(np.flatnonzero(shown), np.flatnonzero(~shown))
+        motion = np.where(np.isfinite(seen[:, shown]), seen[:, shown], few.points(weights)) - few.neutral
+        off_carried = moved - np.einsum("hac,tc->tha", carry, motion.reshape(len(motion), -1), optimize=True)
+    return off.reshape(-1, 3), off_carried.reshape(-1, 3), moved.reshape(-1, 3)
+
+
+def _mean(vectors: np.ndarray) -> float:
+    """Mean length of those that are known, mm."""
+    return float(np.nanmean(np.linalg.norm(vectors, axis=1)))
 
 
 def folds(places: Float[np.ndarray, "markers 3"], count: int) -> np.ndarray:

@@ -20,6 +20,7 @@ from ..takes.outliers import Cleaned, OutlierConfig, remove_outliers
 from ..takes.stabilise import StabiliseConfig, stabilise
 from ..takes.world import turn_y_up
 from ..transforms import Transform
+from .between_markers import BetweenConfig, carry_between_markers, motion_covariance
 from .calibrate import CalibrateConfig, Calibration, calibrate, calibrate_by_hand
 from .left_out import LeftOutConfig, LeftOutError, leave_markers_out, left_out_doubt
 from .personalise_shapes import PersonaliseConfig, personalise_shapes, shape_corrections, spline
@@ -42,6 +43,7 @@ class TakeConfig:
     solve: SolveConfig = SolveConfig()
     personalise: PersonaliseConfig = PersonaliseConfig()
     left_out: LeftOutConfig = LeftOutConfig()
+    between: BetweenConfig = BetweenConfig()
     personalise_rounds: int = 3
     """Rounds of solving and bending the shapes to the performer; 0 keeps the bundled face's own shapes."""
 
@@ -82,7 +84,8 @@ def solve_take(
     """Markers alone -> a person, their rig bent to them, weights and head pose for every frame.
 
     The steps: find the face's markers; turn wild samples to gaps; take the head's motion out; fill short gaps; lay
-    the markers on the face and find the neutral; solve all frames, bend the shapes to the performer and solve again.
+    the markers on the face and find the neutral; solve all frames, bend the shapes to the performer, at the markers
+    and then between them, and solve again.
 
     Args:
         attachment: places the markers by hand, one a marker of the take.
@@ -103,16 +106,15 @@ def solve_take(
         calibration = calibrate_by_hand(positions, face, here, depth.metric, config.calibrate)
     on_face = cleaned.markers.only(calibration.kept)
     positions = positions[:, calibration.kept]
-    T_head_face = calibration.T_face_head.inverse()
-    start = stabilised.T_lab_head @ T_head_face
+    start = stabilised.T_lab_head @ calibration.T_face_head.inverse()
     lab = stabilised.T_lab_head.apply(positions)
     metric = depth.in_face_space(start)
     S = spline(calibration.rig.neutral, calibration.attachment, face.parts["skin"], config.personalise)
     rested = fit_neutral_to_markers(calibration, face, S)
     calibration = replace(calibration, rig=rested)
     personal, solved = _solve_and_personalise(lab, start, rate, calibration, S, metric, config, progress)
-    unbent = marker_model(calibration.rig, calibration.attachment, calibration.standoff)
-    left_out = leave_markers_out(unbent, lab, solved.T_lab_face, metric, config.solve, config.left_out)
+    told = (calibration, personal, solved, metric, depth.known, face, config)
+    personal, solved, left_out = carry_between(lab, rate, *told)
     lines = _lines(found, cleaned, calibration, config)
     performance = Performance(
         rig=personal.rig,
@@ -180,6 +182,33 @@ def _solve_and_personalise(
         bent = personalise_shapes(calibration.rig, calibration.attachment, neutral, shapes, S, config.personalise)
         calibration = replace(calibration, rig=bent)
     return calibration, solved
+
+
+def carry_between(
+    lab, rate, unbent: Calibration, personal: Calibration, solved: FrameSolve, metric, depth_known, face, config
+) -> tuple[Calibration, FrameSolve, LeftOutError]:
+    """Bend the shapes between the markers as far as carried motion tells left-out markers better, and solve again."""
+    skin, between, covariance = face.parts["skin"], config.between, None
+    if depth_known and between.most > 0:
+        covariance = motion_covariance(unbent.rig, unbent.attachment, skin, between)
+    left_out = leave_markers_out(
+        model=marker_model(unbent.rig, unbent.attachment, unbent.standoff),
+        positions=lab,
+        T_lab_face=solved.T_lab_face,
+        metric=metric,
+        solve=config.solve,
+        config=config.left_out,
+        covariance=covariance,
+        between=between,
+    )
+    if covariance is None or left_out.carry_share == 0:
+        return personal, solved, left_out
+    rig = carry_between_markers(personal.rig, personal.attachment, covariance, skin, left_out.carry_share, between)
+    personal = replace(personal, rig=rig)
+    model = marker_model(rig, personal.attachment, personal.standoff)
+    again = replace(config.solve, rounds=WARM_ROUNDS)
+    solved = solve_frames(model, lab, solved.T_lab_face, rate, metric, again, solved.weights)
+    return personal, solved, left_out
 
 
 def fit_neutral_to_markers(calibration: Calibration, face: BundledFace, S: np.ndarray) -> Rig:
