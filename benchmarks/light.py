@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mien.experiments.light_stage import LightScore, LightStageConfig, StagedCapture, score_scan, staged_capture
+from mien.experiments.light_stage import LightScore, LightStageConfig, StagedCapture, score_capture, staged_capture
 from mien.light.decode_phase import decode_gray
 from mien.light.decode_sinusoids import DecodeConfig
 from mien.light.motion import MotionConfig
@@ -117,9 +117,9 @@ def main() -> None:
             if told.only not in name:
                 continue
             start = time.process_time()
-            scan = decode_capture(capture.images, capture.patterns, capture.rig, config)
+            decode_capture(capture.images, capture.patterns, capture.rig, config)
             seconds = time.process_time() - start
-            print(row(name, score_scan(scan, capture, config), seconds), flush=True)
+            print(row(name, score_capture(capture, config), seconds), flush=True)
         if told.only in "opencv":
             against_opencv(skin)
 

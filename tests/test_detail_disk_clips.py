@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 
 from detail_patch import write_clips
-from mien.detail.disk.clips import read_training
+from mien.detail.disk.clips import read_training, shown_vertices
 from mien.errors import BadInput
+from mien.mesh import Mesh
 
 
 def test_clips_come_back(tmp_path):
@@ -47,3 +48,8 @@ def test_nothing_to_read_is_one_line(tmp_path):
     (tmp_path / "shear" / "markers.c3d").unlink()
     with pytest.raises(BadInput, match=r"no clips.*0 marker files"):
         read_training(tmp_path)
+
+
+def test_a_vertex_without_a_triangle_is_not_seen():
+    mesh = Mesh(np.eye(4, 3), np.array([[0, 1, 2]]))
+    assert np.isnan(shown_vertices(mesh)).any(axis=1).tolist() == [False, False, False, True]

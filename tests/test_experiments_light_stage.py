@@ -4,6 +4,7 @@ import pytest
 from mien.experiments.light_stage import LightStageConfig, looking_at, score_scan, staged_capture, staged_rig
 from mien.light.disk.light_scan import LightScan
 from mien.light.patterns import gray_set
+from mien.light.pipeline import LightConfig, light_sources
 from mien.stage import SkinConfig, make_performer, make_skin
 from mien.stage.sensors.active_light import Placed, look
 
@@ -36,12 +37,13 @@ def test_a_face_moves_evenly_between_its_slots(skin):
 def test_the_truth_itself_scores_nothing(skin):
     rest = np.zeros(len(skin.names))
     capture = staged_capture(skin, rest, rest, SMALL, gray_set(256, 192))
-    view = capture.rig.cameras[0]
+    sources = light_sources(capture.images, capture.patterns, capture.rig)
+    view = sources.view
     seen = look(capture.truth(0), Placed(view.camera, view.T_view_rig))
     points, normals = np.full((2, *seen.mask.shape, 3), np.nan)
     points[seen.mask], normals[seen.mask] = seen.points, seen.normals
     whole = np.ones(seen.mask.shape)
-    score = score_scan(LightScan(points, normals, whole, whole, whole), capture)
+    score = score_scan(LightScan(points, normals, whole, whole, whole), sources, capture, LightConfig())
     assert score.fused_mm == 0
     assert score.fused_deg < 1e-5
     assert score.geometry_mm > 0

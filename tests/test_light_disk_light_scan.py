@@ -3,6 +3,7 @@ import pytest
 
 from mien.errors import BadInput
 from mien.io.exr import write_exr
+from mien.light.cut_out import Box
 from mien.light.disk.light_scan import LightScan, read_light_scan, write_light_scan
 
 
@@ -34,3 +35,11 @@ def test_triangles_join_neighbours_face_the_camera_and_stop_at_steps():
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     assert (normals[:, 2] < 0).all()
     assert len(mesh.faces) == 2 * (5 * 4 + 5 * 2) - 1
+
+
+def test_a_cut_out_is_laid_out_in_the_whole_picture():
+    whole = made().within(Box(2, 3, 8, 11), (10, 20))
+    assert whole.points.shape == (10, 20, 3)
+    np.testing.assert_array_equal(whole.points[2:8, 3:11], made().points)
+    assert whole.known.sum() == made().known.sum()
+    assert whole.confidence[0, 0] == 0

@@ -1,7 +1,7 @@
 import numpy as np
 
 import light_scene
-from mien.light.fuse import NormalFusionConfig, corrected_normals, fuse, turned
+from mien.light.fuse import NormalFusionConfig, corrected_normals, fuse, small_holes, turned
 from mien.light.normals import NormalMap
 from mien.light.triangulate import DepthMap, pixel_rays, surface_normals
 from mien.transforms import rotation_from_vector
@@ -65,3 +65,17 @@ def test_the_smallest_rotation_takes_source_to_target_and_keeps_lengths():
     vectors, source, target = (v / np.linalg.norm(v, axis=-1, keepdims=True) for v in rng.normal(size=(3, 20, 3)))
     np.testing.assert_allclose(turned(source, source, target), target, atol=1e-12)
     np.testing.assert_allclose(np.linalg.norm(turned(vectors, source, target), axis=1), 1)
+
+
+def test_small_holes_are_bridged_by_normals_and_large_ones_stay():
+    z = np.where(SEEN, DEPTH, np.nan)
+    z[100:105, 80:84] = np.nan
+    z[60:90, 60:90] = np.nan
+    fused = fuse(DepthMap(z, np.where(SEEN, 0.1, np.nan)), light(NORMALS), LEFT.camera)
+    assert np.abs(fused.z - DEPTH)[100:105, 80:84].max() < 0.05
+    assert np.isnan(fused.z[60:90, 60:90]).all()
+    unbridged = fuse(
+        DepthMap(z, np.where(SEEN, 0.1, np.nan)), light(NORMALS), LEFT.camera, NormalFusionConfig(hole_mm=0.0)
+    )
+    assert np.isnan(unbridged.z[100:105, 80:84]).all()
+    assert not small_holes(np.full((4, 4), np.nan), LEFT.camera, 5.0).any()

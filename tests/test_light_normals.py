@@ -9,6 +9,7 @@ from mien.light.triangulate import pixel_rays
 
 RIG = light_scene.rig()
 LEFT = RIG.cameras[0]
+R_VIEW_LAMPS = RIG.R_view_lamps(LEFT)
 PATTERNS = paper_set(64, 64)
 DEPTH, NORMALS = light_scene.ball_depth(LEFT)
 SEEN = np.isfinite(DEPTH)
@@ -30,7 +31,7 @@ def lamp_pictures(albedo=0.5):
 
 
 def test_gradients_give_normals_exactly_and_full_confidence():
-    found = gradient_normals(lamp_pictures(), PATTERNS, RIG)
+    found = gradient_normals(lamp_pictures(), PATTERNS, R_VIEW_LAMPS)
     assert angle(found.normals, SEEN).max() < 1e-4
     np.testing.assert_allclose(found.confidence[SEEN], 1, atol=1e-9)
     assert not found.known[~SEEN].any()
@@ -40,7 +41,7 @@ def test_gradients_give_normals_exactly_and_full_confidence():
 def test_where_half_the_lamps_are_hidden_confidence_falls():
     images = lamp_pictures()
     images[PATTERNS.of("gradient", axis="x")[0], :, :80] *= 0.5
-    confidence = gradient_normals(images, PATTERNS, RIG).confidence
+    confidence = gradient_normals(images, PATTERNS, R_VIEW_LAMPS).confidence
     assert confidence[:, :70][SEEN[:, :70]].mean() < 0.75 * confidence[:, 90:][SEEN[:, 90:]].mean()
 
 
@@ -49,7 +50,7 @@ def test_a_missing_condition_is_named():
 
     fewer = replace(PATTERNS, patterns=tuple(p for p in PATTERNS.patterns if p.axis != "z"))
     with pytest.raises(BadInput, match="x, y and z"):
-        gradient_normals(np.ones((11, 4, 4)), fewer, RIG)
+        gradient_normals(np.ones((11, 4, 4)), fewer, R_VIEW_LAMPS)
 
 
 def test_lamps_one_at_a_time_with_a_highlight_and_a_shadow():

@@ -5,7 +5,7 @@ import pytest
 
 import light_scene
 from mien.errors import BadInput
-from mien.experiments.light_stage import LightStageConfig, score_scan, staged_capture
+from mien.experiments.light_stage import LightStageConfig, score_capture, staged_capture
 from mien.light.decode_sinusoids import DecodeConfig
 from mien.light.motion import MotionConfig
 from mien.light.patterns import gray_set, phase_set
@@ -44,7 +44,7 @@ def expression(actor, amount):
 
 
 def test_a_still_face_is_measured_better_by_both_than_by_either(still):
-    score = score_scan(decode_capture(still.images, still.patterns, still.rig, COARSE), still, COARSE)
+    score = score_capture(still, COARSE)
     assert score.fused_mm < 0.95 * score.geometry_mm
     assert score.fused_mm < 0.15
     assert score.fused_deg < 0.75 * score.geometry_deg
@@ -55,19 +55,13 @@ def test_a_person_of_another_kind_is_measured_alike():
     other = skin(501, STRANGER)
     smile = expression(other, 0.4)
     capture = staged_capture(other, smile, smile, SMALL)
-    assert (
-        score_scan(decode_capture(capture.images, capture.patterns, capture.rig, COARSE), capture, COARSE).fused_mm
-        < 0.4
-    )
+    assert score_capture(capture, COARSE).fused_mm < 0.4
 
 
 def test_motion_taken_out_halves_the_normals_error(actor):
     moving = staged_capture(actor, expression(actor, 0.4), expression(actor, 0.5), SMALL, move_mm=(6.0, 3.0, 2.0))
     left = replace(COARSE, motion=MotionConfig(compensate=False), decode=replace(COARSE.decode, motion=False))
-    scores = [
-        score_scan(decode_capture(moving.images, moving.patterns, moving.rig, config), moving, config)
-        for config in (COARSE, left)
-    ]
+    scores = [score_capture(moving, config) for config in (COARSE, left)]
     assert scores[0].light_deg < 0.6 * scores[1].light_deg
     assert scores[0].fused_mm < 0.7 * scores[1].fused_mm
 
@@ -77,7 +71,7 @@ def test_other_patterns_and_one_camera_with_a_projector(actor, patterns):
     smile = expression(actor, 0.5)
     capture = staged_capture(actor, smile, smile, SMALL, patterns)
     for images in (capture.images, {"left": capture.images["left"]}):
-        score = score_scan(decode_capture(images, patterns, capture.rig, COARSE), capture, COARSE)
+        score = score_capture(replace(capture, images=images), COARSE)
         assert score.geometry_mm < 2.0
         assert score.share > 0.5
 

@@ -10,6 +10,7 @@ from ..files import existing
 from ..light.disk.light_scan import LightScan, write_light_scan
 from ..light.disk.light_take import LightTake, read_light_take
 from ..light.pipeline import LightConfig, decode_capture
+from ..light.training.clips import TrainingConfig
 from .bar import bar
 from .options import refuse_unused, verb
 from .outputs import FOLDER, check_outputs
@@ -24,6 +25,8 @@ def decode(
     show: Literal["paper", "phase", "gray", "ramp"] | None = None,
     board: str | None = None,
     projector: str = "1024x768",
+    clips: bool = False,
+    training: Annotated[TrainingConfig, Parameter(name="*")] = TrainingConfig(),
     light: Annotated[LightConfig, Parameter(name="*")] = LightConfig(),
 ) -> None:
     """Pictures of a face under a projector's patterns and gradients of light in, detailed scans out.
@@ -31,7 +34,8 @@ def decode(
     A take is a folder: `patterns.json` names the slots of a capture, `calibration.json` the cameras and the projector,
     and each camera has a folder of pictures of its name, capture after capture. One scan is written to an .exr (all
     channels), .ply or .obj; several to a folder. `--show` writes the patterns for a projector instead, and `--board`
-    calibrates a camera and a projector from a folder of poses of a checkerboard under `--show gray`.
+    calibrates a camera and a projector from a folder of poses of a checkerboard under `--show gray`. `--clips` takes a
+    folder of takes, a clip of a dotted face each, and leaves what `mien detail fit` learns from.
 
     Parameters
     ----------
@@ -47,16 +51,21 @@ def decode(
         Calibrate by a checkerboard of inner corners and mm a square, such as 9x7x75.
     projector
         Its size in pixels, for --show and --board.
+    clips
+        Follow the dots on the face through each clip and bring all scans into the texture space of the neutral.
     """
     if show is not None:
-        refuse_unused("with --show", "source", "calibration", "board", "light")
+        refuse_unused("with --show", "source", "calibration", "board", "light", "clips", "training")
         return show_patterns(show, projector, output or Path("patterns"))
     if source is None:
         raise BadInput("decode: name a folder of pictures, or --show patterns for a projector")
     if board is not None:
-        refuse_unused("with --board", "calibration", "light")
+        refuse_unused("with --board", "calibration", "light", "clips", "training")
         return calibrate_rig(existing(source), board, projector, output or Path("calibration.json"))
     refuse_unused("without --show or --board", "projector")
+    if clips:
+        return decode_clips(source, calibration, output or Path("clips"), light, training)
+    refuse_unused("without --clips", "training")
     decode_take(source, calibration, output or Path("scan.exr"), light)
 
 
@@ -107,6 +116,27 @@ def decode_take(source: Path, calibration: Path | None, output: Path, config: Li
     if not written:
         raise BadInput(f"{source}: no capture could be decoded; the lines above say why")
     print(f"{output}: {written} of {len(take)} captures")
+
+
+def decode_clips(
+    source: Path, calibration: Path | None, output: Path, light: LightConfig, training: TrainingConfig
+) -> None:
+    """Clips of a dotted face to training clips; what cannot be used is named and left out."""
+    from ..light.disk.training_clips import read_clip_takes, write_training_clips
+
+    check_outputs({FOLDER: output}, [source])
+    takes, notes = read_clip_takes(source, calibration)
+    with bar() as progress:
+        written = write_training_clips(output, takes, light, training, progress)
+    for note in (*notes, *written.notes):
+        print(note)
+    if not written.frames:
+        raise BadInput(
+            f"{source}: no capture could be brought into the neutral's texture space; the lines above say why"
+        )
+    print(
+        f"{output}/: {written.frames} frames, {written.vertices:,} vertices, {written.dots} dots: for `mien detail fit`"
+    )
 
 
 def decode_one(take: LightTake, number: int, path: Path, config: LightConfig) -> bool:

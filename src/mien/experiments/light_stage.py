@@ -8,13 +8,13 @@ from jaxtyping import Float
 from ..camera import Camera
 from ..light.disk.light_scan import LightScan
 from ..light.light_rig import LightRig, RigView
-from ..light.normals import gradient_normals
 from ..light.patterns import PatternSet, paper_set, profile
-from ..light.pipeline import LightConfig, at_one_moment, base_geometry, moment
+from ..light.pipeline import LightConfig, LightSources, light_scan, light_sources, moment
 from ..light.triangulate import surface_normals
 from ..mesh import Mesh
 from ..stage.people.skin import Skin
-from ..stage.sensors.active_light import ActiveLightConfig, Placed, Slot, look, picture
+from ..stage.sensors.active_light import ActiveLightConfig, Dots, Placed, Slot, look, picture
+from ..stage.sensors.marker_layout import marker_layout
 from ..transforms import Transform, rotation_looking_along
 
 
@@ -27,6 +27,10 @@ class LightStageConfig:
     projector: tuple[int, int] = (1024, 768)
     distance_mm: float = 700.0
     baseline_mm: float = 240.0
+    dots: int = 0
+    """Of make-up on the skin; the paper's actor wears 178."""
+    centre: tuple[float, float, float] | None = None
+    """Of the face, where everything looks (face space, mm); None: of the first expression's front."""
     faults: ActiveLightConfig = ActiveLightConfig()
 
 
@@ -72,6 +76,12 @@ def staged_rig(
     return LightRig((views["left"], views["right"]), projector, lamps, config.faults.gamma), T_rig_face
 
 
+def front_centre(vertices: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, " 3"]:
+    """Middle of the face's front, face space, mm."""
+    front = vertices[vertices[:, 2] > np.quantile(vertices[:, 2], 0.4)]
+    return (front.min(0) + front.max(0)) / 2
+
+
 def looking_at(eye: Float[np.ndarray, " 3"], target: Float[np.ndarray, " 3"]) -> Transform:
     """T_camera_face of a camera at `eye` that looks at `target`, upright (face space: +Y up)."""
     forward = (target - eye) / np.linalg.norm(target - eye)
@@ -92,23 +102,29 @@ def staged_capture(
     patterns = patterns or paper_set(*config.projector)
     first, last = skin.vertices(np.stack([start, end]))
     last = last + np.array(move_mm)
-    front = first[first[:, 2] > np.quantile(first[:, 2], 0.4)]
-    rig, T_rig_face = staged_rig((front.min(0) + front.max(0)) / 2, config)
+    rig, T_rig_face = staged_rig(front_centre(first) if config.centre is None else np.array(config.centre), config)
     rng = np.random.default_rng([seed, 41])
     still = bool((first == last).all())
     images = {view.name: np.empty((len(patterns), *config.size[::-1])) for view in rig.cameras}
     views = {view.name: Placed(view.camera, view.T_view_rig @ T_rig_face) for view in rig.cameras}
     assert rig.projector is not None
     beamer = Placed(rig.projector.camera, rig.projector.T_view_rig @ T_rig_face)
+    dots = worn_dots(skin, config.dots) if config.dots else None
     mesh, seen = skin.neutral, {}
     for number in range(len(patterns)):
         share = number / max(len(patterns) - 1, 1)
         if not number or not still:
             mesh = skin.neutral.with_vertices((1 - share) * first + share * last)
-            seen = {name: look(mesh, view) for name, view in views.items()}
+            seen = {name: look(mesh, view, dots) for name, view in views.items()}
         for name in views:
             images[name][number] = picture(seen[name], mesh, beamer, slot_of(patterns, number), config.faults, rng)
     return StagedCapture(images, patterns, rig, T_rig_face, skin.neutral, (first, last))
+
+
+def worn_dots(skin: Skin, count: int) -> Dots:
+    """Painted where markers would be glued, the same ones for every capture."""
+    layout = marker_layout(skin, count)
+    return Dots(skin.neutral.vertices, layout.attachment.points(skin.neutral))
 
 
 def slot_of(patterns: PatternSet, number: int) -> Slot:
@@ -139,20 +155,21 @@ class LightScore:
     """Of the pixels that show the face, how many were measured."""
 
 
-def score_scan(scan: LightScan, capture: StagedCapture, config: LightConfig = LightConfig()) -> LightScore:
-    """Score a scan and, decoded again, the sources that it was made from."""
-    view = capture.rig.cameras[0]
+def score_capture(capture: StagedCapture, config: LightConfig = LightConfig()) -> LightScore:
+    """Decode a capture; score the fused scan and both of its sources."""
+    sources = light_sources(capture.images, capture.patterns, capture.rig, config)
+    return score_scan(light_scan(sources, config.fuse), sources, capture, config)
+
+
+def score_scan(scan: LightScan, sources: LightSources, capture: StagedCapture, config: LightConfig) -> LightScore:
+    """A scan of `sources`, in their cut-out, against the truth."""
+    view, base = sources.view, sources.depth
     at = moment(capture.patterns, config.motion) if capture.patterns.of("gradient") else 0.0
     seen = look(capture.truth(at), Placed(view.camera, view.T_view_rig))
     depth, normals = np.full(seen.mask.shape, np.nan), np.full((*seen.mask.shape, 3), np.nan)
     depth[seen.mask], normals[seen.mask] = seen.points[:, 2], seen.normals
-    views = [view for view in capture.rig.cameras if view.name in capture.images]
-    base = base_geometry(capture.images, views, capture.patterns, capture.rig, config)
     known = np.isfinite(scan.points[..., 2]) & np.isfinite(base.z) & seen.mask
-    light = np.full_like(normals, np.nan)
-    if capture.patterns.of("gradient"):
-        steady = at_one_moment(capture.images[view.name], capture.patterns, config.motion)
-        light = gradient_normals(steady, capture.patterns, capture.rig).normals
+    light = np.full_like(normals, np.nan) if sources.light is None else sources.light.normals
     return LightScore(
         geometry_mm=float(np.abs(base.z - depth)[known].mean()),
         fused_mm=float(np.abs(scan.points[..., 2] - depth)[known].mean()),

@@ -13,6 +13,7 @@ from scipy import ndimage
 from .._kernels import sinusoids as kernel
 from .._kernels._spread import spread
 from ..errors import BadInput
+from .motion import at_slot
 from .patterns import LightPattern, PatternSet, sinusoid
 
 MANY_PERIODS = 4.0
@@ -45,8 +46,10 @@ class DecodeConfig:
     """How often. Skin blurs fine patterns more where they fall at a slant. 0: one contrast a pattern, no drift."""
     motion: bool = True
     """Find how columns drift while patterns change (past the paper, which leaves motion in the structured light)."""
-    fold: float = 0.35
+    fold: float = 0.5
     """How far round a level's estimate the next one searches, in periods of the coarser pattern."""
+    search_sigma: float = 0.05
+    """Standard deviation of a ratio in the search: half a step of its table and unknown room light, far above noise."""
 
 
 @dataclass(frozen=True)
@@ -106,17 +109,24 @@ class Polished:
 
 
 def decode_sinusoids(
-    images: Float[np.ndarray, "slots h w"], patterns: PatternSet, config: DecodeConfig = DecodeConfig()
+    images: Float[np.ndarray, "slots h w"],
+    patterns: PatternSet,
+    config: DecodeConfig = DecodeConfig(),
+    flow: Float[np.ndarray, "h w 2"] | None = None,
 ) -> Decoded:
     """Columns of the projector, from all slots of one capture, linear 0..1.
 
     Without a black frame ambient light is taken for the pattern's own: it pulls ratios towards one another, and columns
     with them.
 
+    Args:
+        flow: how far back each pixel was one slot earlier (`motion.slot_flow`): the full-on pattern's picture goes with
+            the skin to each sinusoid's slot, so that a dot or a brow that moves is no pattern. None: nothing moves.
+
     Raises:
         BadInput: no sinusoids, or a picture in which the projector lights nothing.
     """
-    ratios = measured_ratios(images, patterns, config)
+    ratios = measured_ratios(images, patterns, config, flow)
     start = search(ratios, config)
     drift = np.zeros_like(start)
     found = polish(start, drift, ratios)
@@ -143,7 +153,12 @@ def structured_moment(patterns: PatternSet) -> float:
     return float(np.mean([*finest, patterns.one("full")]))
 
 
-def measured_ratios(images: Float[np.ndarray, "slots h w"], patterns: PatternSet, config: DecodeConfig) -> Ratios:
+def measured_ratios(
+    images: Float[np.ndarray, "slots h w"],
+    patterns: PatternSet,
+    config: DecodeConfig,
+    flow: Float[np.ndarray, "h w 2"] | None = None,
+) -> Ratios:
     """Sinusoids over the full-on pattern where that lights anything.
 
     Raises:
@@ -154,11 +169,16 @@ def measured_ratios(images: Float[np.ndarray, "slots h w"], patterns: PatternSet
         raise BadInput(f"patterns: expected 3 sinusoids of several periods or more, got {len(slots)}")
     slots = sorted(slots, key=lambda slot: patterns.patterns[slot].periods)
     lit, black = lit_pixels(images, patterns, slots, config)
-    lit = ndimage.binary_erosion(lit, iterations=config.border_px) if config.border_px else lit
+    if config.border_px:
+        lit = np.asarray(ndimage.binary_erosion(lit, iterations=config.border_px), dtype=bool)
     waves = tuple(patterns.patterns[slot] for slot in slots)
-    gain = (images[patterns.one("full")] - black)[lit]
-    values = np.stack([(images[slot] - black)[lit] / gain for slot in slots], 1)
-    variance = (config.noise / gain[:, None]) ** 2 * (1 + values**2)
+    full = patterns.one("full")
+    gain = images[full] - black
+    moved = [gain if flow is None else at_slot(gain, flow, slot - full) for slot in slots]
+    gains = np.stack([np.asarray(picture, dtype=float)[lit] for picture in moved], 1)
+    gains = np.maximum(gains, config.darkest / 2)
+    values = np.stack([(images[slot] - black)[lit] for slot in slots], 1) / gains
+    variance = (config.noise / gains) ** 2 * (1 + values**2)
     contrast = np.broadcast_to(contrasts(values, waves), values.shape).copy()
     lags = np.array(slots) - structured_moment(patterns)
     return Ratios(lit, values, variance, contrast, lags, waves, patterns.width)
@@ -202,7 +222,7 @@ def search(ratios: Ratios, config: DecodeConfig) -> Float[np.ndarray, " p"]:
     steps = np.maximum(period / 16, 1).astype(np.int64)
     windows = np.append(entries, config.fold * period[:-1]).astype(np.int64)
     whole = 0.5 + (ratios.values - 0.5) / ratios.contrast
-    precision = ratios.contrast**2 / ratios.variance
+    precision = 1 / (ratios.variance / ratios.contrast**2 + config.search_sigma**2)
     best, costs = np.zeros(len(whole), np.int64), np.zeros(len(whole))
 
     def rows(first: int, last: int) -> None:

@@ -26,6 +26,8 @@ class NormalFusionConfig:
     """Neighbours farther apart in depth are not joined."""
     least_trust: float = 0.05
     """A normal never counts less than this share of a sound one: else a crease would cut the surface in two."""
+    hole_mm: float = 6.0
+    """Holes in the points no wider or taller than this are bridged by normals: dots, specks. 0: none are."""
     uneven: float = 3.0
     """Depths' standard deviations are taken within this factor of their median."""
 
@@ -35,7 +37,7 @@ class Fused:
     """The surface that both sources agree on."""
 
     z: Float[np.ndarray, "h w"]
-    """Along the first camera's axis, mm; NaN where no point was triangulated."""
+    """Along the first camera's axis, mm; NaN where no point was triangulated, but for small holes."""
     normals: Float[np.ndarray, "h w 3"]
     """Of that surface, camera space."""
     solution: GridSolution
@@ -50,21 +52,34 @@ def fuse(depth: DepthMap, light: NormalMap, camera: Camera, config: NormalFusion
     geometry = surface_normals(np.where(steps_nearby(depth.z, config.edge_mm), np.nan, depth.z), camera)
     normals = corrected_normals(light, geometry, rays, config.smooth_px) if config.smooth_px else light.normals
     known = np.isfinite(depth.z)
+    wanted = known | (small_holes(depth.z, camera, config.hole_mm) & light.known)
     toward = np.abs((np.nan_to_num(normals) * rays).sum(-1)) / np.linalg.norm(rays, axis=-1)
-    slopes = log_slopes(np.where(known[..., None], normals, np.nan), camera, rays)
-    trust = known * np.maximum(light.confidence**2 * toward**4, config.least_trust)
+    slopes = log_slopes(np.where(wanted[..., None], normals, np.nan), camera, rays)
+    trust = wanted * np.maximum(light.confidence**2 * toward**4, config.least_trust)
     steps, edges = on_edges(slopes, trust * (camera.fx / config.normal_sigma) ** 2)
     q = np.log(np.where(known, depth.z, 1.0))
-    joined = [np.abs(np.diff(np.where(known, depth.z, 1e9), axis=axis)) < config.edge_mm for axis in (1, 0)]
-    edges = (np.where(joined[0], edges[0], 0.0), np.where(joined[1], edges[1], 0.0))
+    parted = [np.abs(np.diff(depth.z, axis=axis)) > config.edge_mm for axis in (1, 0)]
+    edges = (np.where(parted[0], 0.0, edges[0]), np.where(parted[1], 0.0, edges[1]))
     typical = float(np.nanmedian(depth.sigma_mm))
     noise = np.clip(np.nan_to_num(depth.sigma_mm, nan=typical), typical / config.uneven, typical * config.uneven)
     variance = (noise**2 + config.depth_sigma_mm**2) / np.where(known, depth.z, 1.0) ** 2
     weight = np.where(known, 1 / variance, 0.0)
     unit = weight[known].mean()
     solved = solve_grid(q, weight / unit, steps, (edges[0] / unit, edges[1] / unit))
-    z = np.where(known, np.exp(solved.values), np.nan)
+    z = np.where(wanted, np.exp(solved.values), np.nan)
     return Fused(z, surface_normals(z, camera), solved)
+
+
+def small_holes(z: Float[np.ndarray, "h w"], camera: Camera, hole_mm: float) -> Bool[np.ndarray, "h w"]:
+    """Pixels of holes no larger than this, the surface all round them."""
+    known = np.isfinite(z)
+    if not known.any() or hole_mm <= 0:
+        return np.zeros(z.shape, bool)
+    most = hole_mm * camera.fx / float(np.nanmedian(z))
+    labels = np.asarray(ndimage.label(~known)[0], dtype=np.int64)  # pyright: ignore[reportIndexIssue]
+    sizes = [max(part.stop - part.start for part in box) for box in ndimage.find_objects(labels)]
+    small = np.array([False, *(size <= most for size in sizes)])
+    return small[labels]
 
 
 def steps_nearby(z: Float[np.ndarray, "h w"], edge_mm: float) -> Bool[np.ndarray, "h w"]:

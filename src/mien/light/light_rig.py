@@ -81,6 +81,10 @@ class LightRig:
     gamma: float = 1.0
     """Stored value = linear value ^ (1 / gamma). 1: linear pictures."""
 
+    def R_view_lamps(self, view: RigView) -> Float[np.ndarray, "3 3"]:
+        """From the lamps' axes to a camera's space."""
+        return view.T_view_rig.rotation @ np.array(self.R_rig_lamps)
+
     def camera(self, name: str) -> RigView:
         """By name.
 

@@ -6,7 +6,6 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from ..errors import BadInput
-from .light_rig import LightRig
 from .patterns import PatternSet
 
 LAMBERT = 2.0 / 3.0
@@ -20,7 +19,7 @@ class NormalMap:
     """What light tells of a surface, pixel by pixel."""
 
     normals: Float[np.ndarray, "h w 3"]
-    """Unit vectors, the first camera's space (towards the camera: z < 0); NaN where nothing is known."""
+    """Unit vectors, camera space (towards the camera: z < 0); NaN where nothing is known."""
     confidence: Float[np.ndarray, "h w"]
     """1 where all is as a matt unshadowed surface would have it; towards 0 in creases, shadows and highlights."""
     albedo: Float[np.ndarray, "h w"]
@@ -32,8 +31,10 @@ class NormalMap:
         return np.isfinite(self.normals[..., 0])
 
 
-def gradient_normals(images: Float[np.ndarray, "slots h w"], patterns: PatternSet, rig: LightRig) -> NormalMap:
-    """Normals from three gradients of light and the constant condition (Ma et al. 2007).
+def gradient_normals(
+    images: Float[np.ndarray, "slots h w"], patterns: PatternSet, R_view_lamps: Float[np.ndarray, "3 3"]
+) -> NormalMap:
+    """Normals, in the view's space, from three gradients of light and the constant condition (Ma et al. 2007).
 
     `L_i / L_c = (1 + 2/3 n_i) / 2` for a matt convex surface, hence `n_i = 3/2 (2 L_i / L_c - 1)`. The vector's length
     says how far that holds: what hides part of the sphere of lamps, or shines, changes it.
@@ -49,8 +50,7 @@ def gradient_normals(images: Float[np.ndarray, "slots h w"], patterns: PatternSe
     safe = np.where(lit, constant, 1.0)
     vectors = np.stack([2 * images[found[0]] / safe - 1 for found in slots], -1)
     length = np.linalg.norm(vectors, axis=-1)
-    T_camera_rig = rig.cameras[0].T_view_rig.rotation
-    turned = vectors @ (T_camera_rig @ np.array(rig.R_rig_lamps)).T
+    turned = vectors @ R_view_lamps.T
     lit &= length > 0.05
     normals = np.where(lit[..., None], turned / np.where(lit, length, 1.0)[..., None], np.nan)
     confidence = np.where(lit, np.clip(1 - np.abs(length / LAMBERT - 1), 0, 1), 0.0)

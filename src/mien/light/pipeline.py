@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ..errors import BadInput
+from .cut_out import Box, CutOut, lit_cutout
 from .decode_phase import decode_gray, decode_phase
 from .decode_sinusoids import DecodeConfig, Decoded, decode_sinusoids, structured_moment
 from .disk.light_scan import LightScan
@@ -30,6 +31,20 @@ class LightConfig:
     fuse: NormalFusionConfig = NormalFusionConfig()
 
 
+@dataclass(frozen=True)
+class LightSources:
+    """What one capture tells of the surface before its two sources are fused, in the cut-out that shows anything."""
+
+    view: RigView
+    """The first camera, cut out likewise."""
+    box: Box
+    """Of its picture."""
+    depth: DepthMap
+    light: NormalMap | None
+    """None where no gradients were shown."""
+    albedo: Float[np.ndarray, "h w"]
+
+
 def decode_capture(
     images: dict[str, Float[np.ndarray, "slots h w"]],
     patterns: PatternSet,
@@ -44,18 +59,43 @@ def decode_capture(
     Raises:
         BadInput: pictures and patterns or calibration that do not belong together; the line says which and what to do.
     """
+    sources = light_sources(images, patterns, rig, config)
+    size = images[sources.view.name].shape[1:]
+    return light_scan(sources, config.fuse).within(sources.box, size)
+
+
+def light_sources(
+    images: dict[str, Float[np.ndarray, "slots h w"]],
+    patterns: PatternSet,
+    rig: LightRig,
+    config: LightConfig = LightConfig(),
+) -> LightSources:
+    """Triangulated depth, and normals from gradients where there are any.
+
+    Raises:
+        BadInput: as `decode_capture`.
+    """
     views = [view for view in rig.cameras if view.name in images]
     check(images, views, patterns)
-    images = {view.name: view.straightened(images[view.name]) for view in views}
-    depth = base_geometry(images, views, patterns, rig, config)
-    first = views[0]
+    shown = [lit_cutout(images[view.name], view, patterns, config.decode) for view in views]
+    flows = [flow_between(cut.images, patterns, config) for cut in shown]
+    depth = base_geometry(shown, flows, patterns, rig, config)
+    first = shown[0]
     if not patterns.of("gradient"):
-        return as_scan(depth, None, images[first.name][patterns.one("full")], first)
-    steady = at_one_moment(images[first.name], patterns, config.motion)
-    light = gradient_normals(steady, patterns, rig)
-    check_light(depth, light, first)
-    fused = fuse(depth, light, first.camera, config.fuse)
-    return as_scan(DepthMap(fused.z, depth.sigma_mm), light, light.albedo, first)
+        return LightSources(first.view, first.box, depth, None, first.images[patterns.one("full")])
+    steady = at_one_moment(first.images, flows[0], patterns, config.motion)
+    light = gradient_normals(steady, patterns, rig.R_view_lamps(first.view))
+    check_light(depth, light, first.view)
+    return LightSources(first.view, first.box, depth, light, light.albedo)
+
+
+def light_scan(sources: LightSources, config: NormalFusionConfig) -> LightScan:
+    """Both sources as one surface; the depth alone where there is no other."""
+    depth, light = sources.depth, sources.light
+    if light is None:
+        return as_scan(depth, None, sources.albedo, sources.view)
+    fused = fuse(depth, light, sources.view.camera, config)
+    return as_scan(DepthMap(fused.z, depth.sigma_mm), light, sources.albedo, sources.view)
 
 
 def check(images: dict[str, np.ndarray], views: list[RigView], patterns: PatternSet) -> None:
@@ -79,10 +119,12 @@ def check(images: dict[str, np.ndarray], views: list[RigView], patterns: Pattern
 
 
 def base_geometry(
-    images: dict[str, np.ndarray], views: list[RigView], patterns: PatternSet, rig: LightRig, config: LightConfig
+    shown: list[CutOut], flows: list[np.ndarray | None], patterns: PatternSet, rig: LightRig, config: LightConfig
 ) -> DepthMap:
     """Triangulated depth of the first camera's pixels."""
-    decoded = [columns(images[view.name], patterns, config.decode) for view in views]
+    views = [cut.view for cut in shown]
+    told = zip(shown, flows, strict=True)
+    decoded = [columns(cut.images, patterns, config.decode, flow) for cut, flow in told]
     if len(views) > 1:
         depth = triangulate_pair(views[0], views[1], decoded[0], decoded[1], config.triangulate)
         if rig.projector is not None:
@@ -131,22 +173,31 @@ def check_projector(depth: DepthMap, view: RigView, projector: RigView, seen: De
         )
 
 
-def columns(images: np.ndarray, patterns: PatternSet, config: DecodeConfig) -> Decoded:
+def columns(images: np.ndarray, patterns: PatternSet, config: DecodeConfig, flow: np.ndarray | None = None) -> Decoded:
     """Projector columns by whatever the capture shows: the paper's sinusoids, a phase shift, or Gray codes alone."""
     waves = patterns.of("sinusoid", axis="x")
     periods = {patterns.patterns[slot].periods for slot in waves}
     if len(periods) > 1:
-        return decode_sinusoids(images, patterns, config)
+        return decode_sinusoids(images, patterns, config, flow)
     if periods:
         return decode_phase(images, patterns, config)
     return decode_gray(images, patterns)
 
 
-def at_one_moment(images: np.ndarray, patterns: PatternSet, config: MotionConfig) -> np.ndarray:
+def flow_between(images: np.ndarray, patterns: PatternSet, config: LightConfig) -> np.ndarray | None:
+    """How the picture moves from slot to slot; None where nothing moves, or nobody asks."""
+    if not patterns.of("tracking") or not (config.motion.compensate or config.decode.motion):
+        return None
+    flow = slot_flow(images, patterns, config.motion)
+    return flow if flow.any() else None
+
+
+def at_one_moment(
+    images: np.ndarray, flow: np.ndarray | None, patterns: PatternSet, config: MotionConfig
+) -> np.ndarray:
     """The lamps' conditions without what moved between them."""
-    if not config.compensate or not patterns.of("tracking"):
+    if flow is None or not config.compensate:
         return images
-    flow = slot_flow(images, patterns, config)
     return compensated(images, patterns, flow, moment(patterns, config))
 
 
@@ -168,7 +219,7 @@ def as_scan(depth: DepthMap, light: NormalMap | None, albedo: np.ndarray, view: 
     return LightScan(
         points=inverse.apply(points),
         normals=inverse.rotate(normals),
-        albedo=np.where(known, albedo, np.nan),
+        albedo=albedo,
         confidence=np.where(known, confidence, 0.0),
         sigma_mm=depth.sigma_mm,
     )

@@ -5,12 +5,14 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import Float
 
 from ...clip import Markers
 from ...errors import BadInput
 from ...files import existing
 from ...io.markers import read_markers
 from ...io.meshes import read_scan
+from ...mesh import Mesh
 from ...takes.gaps import fill_gaps
 from ..training import Clip, Frame, TrainingSet
 
@@ -24,7 +26,8 @@ def read_training(folder: str | Path, unit: str | None = None) -> tuple[Training
     """`folder/CLIP/markers.c3d` and `folder/CLIP/*_000000.ply`, ...: a training set, and lines on what was left out.
 
     A mesh belongs to the marker frame whose number ends its name, counted from 0; marker frames without a mesh are
-    dropped. Markers are matched by label: those that every clip has are used.
+    dropped. A vertex without a triangle is not seen in its frame. Markers are matched by label: those that every clip
+    has are used.
 
     Args:
         unit: of the meshes: mm, cm, m, in; millimetres where None.
@@ -92,6 +95,13 @@ def _clip(name: str, take: Markers, meshes: list[Path], labels: tuple[str, ...],
     def frames() -> Iterator[Frame]:
         for path in meshes:
             mesh = read_scan(path, unit).mesh
-            yield Frame(mesh.vertices, mesh.colors)
+            yield Frame(shown_vertices(mesh), mesh.colors)
 
     return Clip(name, take.positions[:, [place[label] for label in labels]], frames)
+
+
+def shown_vertices(mesh: Mesh) -> Float[np.ndarray, "n 3"]:
+    """Vertices, NaN for those without a triangle: the frame does not show them."""
+    used = np.zeros(len(mesh.vertices), bool)
+    used[mesh.faces] = True
+    return np.where(used[:, None], mesh.vertices, np.nan)

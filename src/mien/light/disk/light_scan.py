@@ -10,6 +10,7 @@ from ...errors import BadInput
 from ...io.exr import read_exr, write_exr
 from ...mesh import Mesh, grid_faces
 from ...one_line import count, one_line
+from ..cut_out import Box
 
 
 @dataclass(frozen=True)
@@ -20,7 +21,7 @@ class LightScan:
     """Rig space (the first camera's: x right, y down, z forward), mm."""
     normals: Float[np.ndarray, "h w 3"]
     albedo: Float[np.ndarray, "h w"]
-    """Up to one factor."""
+    """Up to one factor; also where there is light and no point."""
     confidence: Float[np.ndarray, "h w"]
     """Of the normals, 0..1; 1 where there were no gradients to judge by."""
     sigma_mm: Float[np.ndarray, "h w"]
@@ -29,6 +30,16 @@ class LightScan:
     def __repr__(self) -> str:
         z = np.nanmedian(self.points[..., 2]) if self.known.any() else np.nan
         return one_line(self, count(int(self.known.sum()), "points"), f"about {z:.0f} mm away")
+
+    def within(self, box: Box, size: tuple[int, int]) -> "LightScan":
+        """Laid out in the whole picture, of `size` rows and columns, that it is the cut-out `box` of."""
+        fields = {}
+        for name, values in vars(self).items():
+            nothing = 0.0 if name == "confidence" else np.nan
+            whole = np.full((*size, *values.shape[2:]), nothing)
+            whole[box.slices] = values
+            fields[name] = whole
+        return LightScan(**fields)
 
     @property
     def known(self) -> Bool[np.ndarray, "h w"]:

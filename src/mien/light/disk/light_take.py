@@ -54,7 +54,7 @@ class LightTake:
 
 
 def read_light_take(folder: str | Path, calibration: str | Path | None = None) -> LightTake:
-    """Open a folder; `calibration` stands in for its own.
+    """Open a folder; `calibration` stands in for its own. What it lacks is taken from the folder above it.
 
     Raises:
         BadInput: no such folder, no patterns, no calibration, no pictures, or numbers that do not come out even.
@@ -64,8 +64,8 @@ def read_light_take(folder: str | Path, calibration: str | Path | None = None) -
         raise BadInput(
             f"{folder}: expected a folder with patterns.json, calibration.json and a folder of pictures a camera"
         )
-    patterns = read_patterns(folder / "patterns.json")
-    rig = read_rig(calibration or folder / "calibration.json")
+    patterns = read_patterns(_own_or_shared(folder, "patterns.json"))
+    rig = read_rig(calibration or _own_or_shared(folder, "calibration.json"))
     pictures = {view.name: pictures_of(folder / view.name) for view in rig.cameras if (folder / view.name).is_dir()}
     if not pictures:
         raise BadInput(
@@ -78,6 +78,12 @@ def read_light_take(folder: str | Path, calibration: str | Path | None = None) -
     if len(set(counts.values())) != 1:
         raise BadInput(f"{folder}: cameras with different numbers of captures: {counts}")
     return LightTake(patterns, rig, pictures)
+
+
+def _own_or_shared(folder: Path, name: str) -> Path:
+    """A file of the folder, or of the one above it, which several takes share."""
+    shared = folder.parent / name
+    return shared if shared.is_file() and not (folder / name).is_file() else folder / name
 
 
 def pictures_of(folder: Path) -> tuple[Path, ...]:

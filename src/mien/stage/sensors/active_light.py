@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 from scipy import ndimage
+from scipy.spatial import cKDTree
 
 from ...camera import Camera
 from ...mesh import Mesh, vertex_normals
@@ -59,6 +60,19 @@ class ActiveLightConfig:
 
 
 @dataclass(frozen=True)
+class Dots:
+    """Round dots of make-up: they stretch with the skin, since they are told by its points at rest."""
+
+    rest: Float[np.ndarray, "n 3"]
+    """The mesh's vertices at rest, face space, mm."""
+    centres: Float[np.ndarray, "k 3"]
+    """On that resting skin."""
+    radius_mm: float = 1.5
+    reflectance: float = 0.06
+    """Of white."""
+
+
+@dataclass(frozen=True)
 class VisibleSkin:
     """What one camera sees of a mesh: geometry before light."""
 
@@ -73,7 +87,7 @@ class VisibleSkin:
     """Size of a pixel on the skin."""
 
 
-def look(mesh: Mesh, view: Placed) -> VisibleSkin:
+def look(mesh: Mesh, view: Placed, dots: Dots | None = None) -> VisibleSkin:
     """Cast the camera's rays."""
     image = depth_image(mesh, view.camera, view.T_view_face)
     hit = image.faces >= 0
@@ -86,7 +100,12 @@ def look(mesh: Mesh, view: Placed) -> VisibleSkin:
     toward = eye - points
     toward /= np.linalg.norm(toward, axis=1, keepdims=True)
     depth = float(np.median(image.depth[hit]))
-    return VisibleSkin(hit, points, normals, toward, (weights * grey[corners]).sum(1), depth / view.camera.fx)
+    albedo = (weights * grey[corners]).sum(1)
+    if dots is not None:
+        rest = np.einsum("pk,pkc->pc", weights, dots.rest[corners])
+        dotted = cKDTree(dots.centres).query(rest, distance_upper_bound=dots.radius_mm)[0] < dots.radius_mm
+        albedo = np.where(dotted, dots.reflectance, albedo)
+    return VisibleSkin(hit, points, normals, toward, albedo, depth / view.camera.fx)
 
 
 def picture(

@@ -1,0 +1,91 @@
+"""Dots followed from frame to frame and from clip to clip: each keeps the label that it had in the neutral."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+from scipy.spatial import cKDTree
+
+from ...errors import BadInput
+from ...mesh import ClosestPoint, Mesh
+from ...register import IcpConfig, icp
+from ..disk.light_scan import LightScan
+
+NEIGHBOURS = 8
+"""Matched dots whose motion says where a dot has gone."""
+LEAST_SHARE = 0.3
+"""Of the dots that must be found again; fewer and the frame is of something else."""
+
+
+@dataclass(frozen=True)
+class TrackConfig:
+    """How far dots go."""
+
+    reach_mm: float = 6.0
+    """Between frames, at most; below the distance of neighbouring dots."""
+    slack_mm: float = 2.0
+    """How far a dot may be from where its neighbours' motion says."""
+    rounds: int = 3
+    """Of matching and asking the neighbours."""
+
+
+@dataclass(frozen=True)
+class TrackedDots:
+    """One frame's dots, under the neutral's labels."""
+
+    positions: Float[np.ndarray, "k 3"]
+    """Rig space, mm; a lost dot is where its neighbours' motion takes it."""
+    seen: Bool[np.ndarray, " k"]
+
+
+def follow_dots(
+    before: Float[np.ndarray, "k 3"], found: Float[np.ndarray, "m 3"], config: TrackConfig = TrackConfig()
+) -> TrackedDots:
+    """Each dot's place in the next frame: mutual nearest ones, then again round where the neighbours have gone.
+
+    Raises:
+        BadInput: hardly any is found again.
+    """
+    expected = before
+    for turn in range(config.rounds):
+        one, other = mutual_nearest(expected, found, config.reach_mm / (turn + 1))
+        if len(one) < max(3, LEAST_SHARE * len(before)):
+            raise BadInput(f"dots: {len(one)} of {len(before)} are found again; is it the same face and dots?")
+        expected = before + neighbours_steps(before, one, found[other] - before[one])
+    one, other = mutual_nearest(expected, found, config.slack_mm)
+    seen = np.zeros(len(before), bool)
+    seen[one] = True
+    positions = expected.copy()
+    positions[one] = found[other]
+    return TrackedDots(positions, seen)
+
+
+def mutual_nearest(
+    points: Float[np.ndarray, "k 3"], others: Float[np.ndarray, "m 3"], reach_mm: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers of points and of others that are each other's nearest, within a reach."""
+    if not len(points) or not len(others):
+        return np.zeros(0, int), np.zeros(0, int)
+    distance, there = cKDTree(others).query(points)
+    _, back = cKDTree(points).query(others)
+    one = np.flatnonzero((back[there] == np.arange(len(points))) & (distance < reach_mm))
+    return one, there[one]
+
+
+def neighbours_steps(
+    before: Float[np.ndarray, "k 3"], matched: np.ndarray, steps: Float[np.ndarray, "m 3"]
+) -> Float[np.ndarray, "k 3"]:
+    """For every dot the median step of the matched ones round it: a wrong match among them does not count."""
+    count = min(NEIGHBOURS, len(matched))
+    _, near = cKDTree(before[matched]).query(before, k=count)
+    return np.median(steps[near.reshape(len(before), count)], axis=1)
+
+
+def moved_head(
+    neutral: Float[np.ndarray, "k 3"], skin: Mesh, scan: LightScan, step: int = 4
+) -> Float[np.ndarray, "k 3"]:
+    """The neutral's dots where the head is at the start of another clip, by the two surfaces (ICP)."""
+    points = scan.points[::step, ::step]
+    points = points[np.isfinite(points).all(-1)]
+    T_neutral_scan = icp(points, ClosestPoint(skin), config=IcpConfig(robust="tukey", tolerance=1e-2)).transform
+    return T_neutral_scan.inverse().apply(neutral)
