@@ -7,8 +7,8 @@ from pathlib import Path
 from ..clip import Markers
 from ..mesh import Scan
 from ..rig import Performance
+from .clicked_pairs import ClickedPairs, ViewedScan
 from .corrections import Corrections
-from .correspondences import Correspondences, ScanFile
 from .server import MIMES, Answer, PageServer, Routes, open_server
 from .studio_scene import Film, Shown, pack_scene
 
@@ -36,9 +36,9 @@ class Studio:
         routes.post["/edits"] = corrections.save
         scans = self._scans()
         if len(scans) > 1:
-            correspondences = Correspondences(scans)
-            routes.get["/constraints"] = correspondences.read
-            routes.post["/constraints"] = correspondences.save
+            pairs = ClickedPairs(scans)
+            routes.get["/constraints"] = pairs.read
+            routes.post["/constraints"] = pairs.save
         routes.get["/scene.bin"] = lambda _: Answer(self.scene())
         for i, film in enumerate(self.films):
             routes.get[f"/media/{i}{film.path.suffix}"] = lambda _, film=film: Answer(
@@ -46,10 +46,10 @@ class Studio:
             )
         return routes
 
-    def _scans(self) -> list[ScanFile]:
+    def _scans(self) -> list[ViewedScan]:
         """Scans that came from files."""
         scans = [one for one in self.shown if isinstance(one.thing, Scan)]
-        return [ScanFile(one.path, one.unit_mm) for one in scans if one.path is not None]
+        return [ViewedScan(one.path, one.unit_mm) for one in scans if one.path is not None]
 
     def _corrected(self) -> dict[int, Path]:
         """Performances that came from files, by their number among the page's faces."""

@@ -5,14 +5,14 @@ import pytest
 
 from mien.errors import BadInput
 from mien.image_space.constraints import read_constraints
-from mien.viewer.correspondences import FILE, Correspondences, ScanFile
+from mien.viewer.clicked_pairs import FILE, ClickedPairs, ViewedScan
 
 PAIR = {"scans": ["a.ply", "b.ply"], "points": [[[10.0, 0, 0], [20.0, 0, 0]]], "curves": []}
 
 
 @pytest.fixture
 def scans(tmp_path):
-    return Correspondences([ScanFile(tmp_path / "a.ply", 10.0), ScanFile(tmp_path / "b.ply", 1.0)])
+    return ClickedPairs([ViewedScan(tmp_path / "a.ply", 10.0), ViewedScan(tmp_path / "b.ply", 1.0)])
 
 
 def save(scans, pair):

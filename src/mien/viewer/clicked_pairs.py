@@ -17,7 +17,7 @@ FILE = "constraints.json"
 
 
 @dataclass(frozen=True)
-class ScanFile:
+class ViewedScan:
     """A scan of the page."""
 
     path: Path
@@ -25,10 +25,10 @@ class ScanFile:
     """Millimetres in one unit of its file: the page has millimetres, `constraints.json` the file's units."""
 
 
-class Correspondences:
+class ClickedPairs:
     """The pairs of the page's scans among those of the file."""
 
-    def __init__(self, scans: Sequence[ScanFile]):
+    def __init__(self, scans: Sequence[ViewedScan]):
         self._scans = {scan.path.name: scan for scan in scans}
         self._file = scans[0].path.parent / FILE
         self._lock = threading.Lock()
