@@ -3,7 +3,7 @@
 import pytest
 
 from mien.errors import BadInput
-from mien.files import existing, whole, writable, writable_folder
+from mien.files import existing, recorded, whole, writable, writable_folder
 
 
 def test_a_file_appears_with_its_last_byte(tmp_path):
@@ -54,3 +54,13 @@ def test_what_is_read_must_be_there(tmp_path):
     assert existing(str(tmp_path)) == tmp_path
     with pytest.raises(BadInput, match=r"gone\.ply: no such file or folder"):
         existing(tmp_path / "gone.ply")
+
+
+def test_what_is_written_is_noted_in_order(tmp_path):
+    with recorded() as paths:
+        for name in ("b", "a"):
+            with whole(tmp_path / name) as temporary:
+                temporary.touch()
+    with whole(tmp_path / "c") as temporary:
+        temporary.touch()
+    assert paths == [tmp_path / "b", tmp_path / "a"]

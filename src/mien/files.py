@@ -3,9 +3,12 @@
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 
 from .errors import BadInput
+
+_WRITTEN: ContextVar[list[Path] | None] = ContextVar("written", default=None)
 
 
 @contextmanager
@@ -23,8 +26,20 @@ def whole(path: str | Path) -> Iterator[Path]:
     try:
         yield temporary
         os.replace(temporary, path)
+        _note(path)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def recorded() -> Iterator[list[Path]]:
+    """Paths that `whole` writes while the block runs, in order."""
+    paths: list[Path] = []
+    before = _WRITTEN.set(paths)
+    try:
+        yield paths
+    finally:
+        _WRITTEN.reset(before)
 
 
 def writable(*paths: str | Path) -> None:
@@ -63,6 +78,12 @@ def existing(path: str | Path) -> Path:
     if not path.exists():
         raise BadInput(f"{path}: no such file or folder")
     return path
+
+
+def _note(path: Path) -> None:
+    paths = _WRITTEN.get()
+    if paths is not None:
+        paths.append(path)
 
 
 def _place(path: Path) -> None:

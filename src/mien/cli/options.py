@@ -108,6 +108,25 @@ def flag_name(parameter: str) -> str:
     return "--" + ".".join(spelled)
 
 
+def is_internal(path: str) -> bool:
+    """Whether a flag, by its Python name, is a setting of some step inside: a field of a config within a config."""
+    return path.count(JOIN) > 1
+
+
+def show_internals(called: Callable[..., None]) -> None:
+    """Let a verb's help show every flag."""
+    shown = []
+    for parameter in inspect.signature(called).parameters.values():
+        annotation = parameter.annotation
+        if is_internal(parameter.name):
+            [mark] = annotation.__metadata__
+            visible = Parameter.combine(mark, Parameter(show=True))
+            annotation = Annotated[annotation.__origin__, visible]
+        shown.append(parameter.replace(annotation=annotation))
+    setattr(called, "__signature__", inspect.Signature(shown))  # noqa: B010
+    called.__annotations__ = {p.name: p.annotation for p in shown}
+
+
 def _flags(name: str, parameter: inspect.Parameter, hint: Any) -> Iterator[inspect.Parameter]:
     """The parameter itself, or one for every field of the config that is its default."""
     if not is_dataclass(parameter.default):
@@ -117,6 +136,7 @@ def _flags(name: str, parameter: inspect.Parameter, hint: Any) -> Iterator[inspe
         shown = Parameter(
             name=[flag_name(path)],
             help=told,
+            show=not is_internal(path),
             consume_multiple=True,
             negative_iterable=(),
             negative_none=(),
@@ -151,12 +171,14 @@ def _overlay(config: Any, name: str, given: Mapping[str, Any]) -> Any:
         if is_dataclass(value):
             changed[field.name] = _overlay(value, path, given)
         elif path in given:
-            changed[field.name] = given[path]
+            changed[field.name] = _opened(given[path])
     return replace(config, **changed)
 
 
 def _opened(value: Any) -> Any:
-    """A path with `~` opened, also in text that may be a path."""
+    """A path with `~` opened, also in text that may be a path, and in lists of them."""
+    if isinstance(value, list):
+        return [_opened(item) for item in value]
     if isinstance(value, Path):
         return value.expanduser()
     if isinstance(value, str) and value.startswith("~/"):
