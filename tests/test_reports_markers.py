@@ -1,7 +1,8 @@
 import numpy as np
 
 from mien.clip import Markers
-from mien.reports.markers import telling_frames, worst_markers
+from mien.pictures import frontal_camera
+from mien.reports.markers import telling_frames, with_dots, worst_markers
 from studio_things import nodding
 
 
@@ -19,3 +20,15 @@ def test_telling_frames_differ_and_stand_in_order():
     frames = telling_frames(nodding(31), 4)
     assert frames == sorted(set(frames))
     assert len(frames) == 4
+
+
+def test_a_dot_stands_where_its_point_is_seen():
+    mesh = nodding(3).rig.neutral
+    view = frontal_camera(mesh, (100, 120))
+    point = mesh.vertices[[np.argmax(mesh.vertices[:, 2])]]
+    black = np.zeros((120, 100, 3), np.uint8)
+    drawn = with_dots(black, view, point)
+    u, v = np.round(view.camera.project(view.T_camera_face.apply(point))[0]).astype(int)
+    assert drawn[v, u].min() > 200
+    assert (drawn.sum(axis=2) > 0).sum() < 40
+    np.testing.assert_array_equal(with_dots(black, view, np.zeros((0, 3))), black)
