@@ -38,7 +38,7 @@ def test_triangles_join_neighbours_face_the_camera_and_stop_at_steps():
 
 
 def test_a_cut_out_is_laid_out_in_the_whole_picture():
-    whole = made().within(Box(2, 3, 8, 11), (10, 20))
+    whole = made().in_whole_picture(Box(2, 3, 8, 11), (10, 20))
     assert whole.points.shape == (10, 20, 3)
     np.testing.assert_array_equal(whole.points[2:8, 3:11], made().points)
     assert whole.known.sum() == made().known.sum()

@@ -61,7 +61,7 @@ def decode_capture(
     """
     sources = light_sources(images, patterns, rig, config)
     size = images[sources.view.name].shape[1:]
-    return light_scan(sources, config.fuse).within(sources.box, size)
+    return light_scan(sources, config.fuse).in_whole_picture(sources.box, size)
 
 
 def light_sources(

@@ -31,7 +31,7 @@ class LightScan:
         z = np.nanmedian(self.points[..., 2]) if self.known.any() else np.nan
         return one_line(self, count(int(self.known.sum()), "points"), f"about {z:.0f} mm away")
 
-    def within(self, box: Box, size: tuple[int, int]) -> "LightScan":
+    def in_whole_picture(self, box: Box, size: tuple[int, int]) -> "LightScan":
         """Laid out in the whole picture, of `size` rows and columns, that it is the cut-out `box` of."""
         fields = {}
         for name, values in vars(self).items():

@@ -9,7 +9,7 @@ from ...errors import BadInput
 from ..disk.light_scan import LightScan
 from ..light_rig import RigView
 from .common_surface import CommonConfig, CommonSurface, RegisteredSkin, common_surface
-from .dot_tracks import TrackConfig, TrackedDots, follow_dots, moved_head
+from .dot_tracks import DotTrackConfig, TrackedDots, follow_dots, moved_head
 from .dots import DotConfig, find_dots
 
 
@@ -18,7 +18,7 @@ class TrainingConfig:
     """How scans of clips come into one texture space."""
 
     dots: DotConfig = DotConfig()
-    track: TrackConfig = TrackConfig()
+    track: DotTrackConfig = DotTrackConfig()
     common: CommonConfig = field(default_factory=CommonConfig)
 
 

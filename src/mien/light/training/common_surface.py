@@ -84,7 +84,7 @@ class CommonSurface:
             view: the camera in whose picture the scan is laid out.
             dots: in that scan, complete, rig space, mm.
         """
-        by_dots = self.carried(dots)
+        by_dots = self.moved_by_dots(dots)
         skin, seen = self.onto(scan, view, by_dots)
         if self.config.refine and seen.any():
             shift = self.flow(skin, seen)
@@ -93,7 +93,7 @@ class CommonSurface:
         albedo = at_points(scan.albedo, view, skin)
         return RegisteredSkin(np.where(seen[:, None], skin, by_dots), seen, np.where(seen, albedo, np.nan))
 
-    def carried(self, dots: Float[np.ndarray, "k 3"]) -> Float[np.ndarray, "n 3"]:
+    def moved_by_dots(self, dots: Float[np.ndarray, "k 3"]) -> Float[np.ndarray, "n 3"]:
         """The neutral's skin under moved dots: rigidly, then by what is left at each."""
         T_now_neutral = procrustes(self.dots, dots).transform
         left = T_now_neutral.inverse().apply(dots) - self.dots

@@ -18,7 +18,7 @@ LEAST_SHARE = 0.3
 
 
 @dataclass(frozen=True)
-class TrackConfig:
+class DotTrackConfig:
     """How far dots go."""
 
     reach_mm: float = 6.0
@@ -39,7 +39,7 @@ class TrackedDots:
 
 
 def follow_dots(
-    before: Float[np.ndarray, "k 3"], found: Float[np.ndarray, "m 3"], config: TrackConfig = TrackConfig()
+    before: Float[np.ndarray, "k 3"], found: Float[np.ndarray, "m 3"], config: DotTrackConfig = DotTrackConfig()
 ) -> TrackedDots:
     """Each dot's place in the next frame: mutual nearest ones, then again round where the neighbours have gone.
 

@@ -63,7 +63,7 @@ class ActiveLightConfig:
 class Dots:
     """Round dots of make-up: they stretch with the skin, since they are told by its points at rest."""
 
-    rest: Float[np.ndarray, "n 3"]
+    resting: Float[np.ndarray, "n 3"]
     """The mesh's vertices at rest, face space, mm."""
     centres: Float[np.ndarray, "k 3"]
     """On that resting skin."""
@@ -102,7 +102,7 @@ def look(mesh: Mesh, view: Placed, dots: Dots | None = None) -> VisibleSkin:
     depth = float(np.median(image.depth[hit]))
     albedo = (weights * grey[corners]).sum(1)
     if dots is not None:
-        rest = np.einsum("pk,pkc->pc", weights, dots.rest[corners])
+        rest = np.einsum("pk,pkc->pc", weights, dots.resting[corners])
         dotted = cKDTree(dots.centres).query(rest, distance_upper_bound=dots.radius_mm)[0] < dots.radius_mm
         albedo = np.where(dotted, dots.reflectance, albedo)
     return VisibleSkin(hit, points, normals, toward, albedo, depth / view.camera.fx)
