@@ -17,7 +17,9 @@ from mien.mesh import ClosestPoint, vertex_normals
 from mien.pictures import Renderer, frontal_camera
 from mien.pictures.show import rig_look
 from mien.rig.edits import apply_edits
+from mien.transforms import Transform
 from mien.viewer.gpu_face import refined
+from mien.viewer.live_feed import LiveFeed
 from mien.viewer.open_files import gather
 from mien.viewer.page_files import export_page
 from mien.viewer.studio import Studio
@@ -220,5 +222,28 @@ def test_two_points_are_picked_on_two_scans(chromium, tmp_path):
     page.click("#undo-pair")
     page.wait_for_function("studio.correspond.complete.points.length === 0")
     page.close()
+    server.shutdown()
+    server.server_close()
+
+
+def test_a_tracked_face_moves_as_it_is_tracked(chromium):
+    rig = load_face().rig
+    feed = LiveFeed(lambda frames: "kept")
+    server = Studio([Shown("live", rig)], live=feed).open("127.0.0.1")
+    page = page_at(chromium, server.address)
+    weights = np.zeros(len(rig.names))
+    weights[rig.index("jawOpen")] = 0.7
+    with feed.stage("fit"):
+        feed.show(weights, Transform.identity(), True)
+    feed.show(weights, Transform.identity(), True)
+    page.wait_for_function("studio.live.frames > 0")
+    np.testing.assert_allclose(page.evaluate("Array.from(studio.current.weights)"), weights, atol=1e-6)
+    page.wait_for_function("document.querySelector('#stages').textContent.includes('fit')")
+    assert page.evaluate("studio.live.bytes") <= 1000
+    page.click("#calibrate")
+    page.wait_for_function("document.querySelector('#said').textContent === 'calibrated'")
+    assert feed.calibrated(weights).max() == 0
+    page.close()
+    feed.show(weights, Transform.identity(), True)  # nobody looks on any more
     server.shutdown()
     server.server_close()

@@ -6,6 +6,7 @@ import { Correspond } from "./correspond.js";
 import { CorrectPanel } from "./correct.js";
 import { button, choice, heading, make, row, save, toggle } from "./dom.js";
 import { Edits } from "./edits.js";
+import { Live } from "./live.js";
 import { GpuFace } from "./gpu_face.js";
 import { Motion } from "./motion.js";
 import { filmOf, MarkerCloud } from "./overlays.js";
@@ -90,6 +91,7 @@ class Studio {
     panel.append(row(button("screenshot", () => this.screenshot())));
     if (this.shown.length > 1) panel.append(row(choice("face", this.shown.map(({ name }, i) => [i, name]), 0, (i) => this.turnTo(this.shown[i]))));
     if (this.shown.length > 1 && this.shown.slice(0, 2).every(({ kind }) => kind === "scan")) this.correspond = new Correspond(panel, this);
+    if (header.live) this.live = new Live(panel, this);
     if (this.current.motion) this.correct = new CorrectPanel(panel, this);
     if (this.current.face.names.length) this.sliders = new Sliders(panel, this);
     document.getElementById("film").append(...header.films.map((film) => filmOf({ ...film, address: address(film.address) }, this.clock)));
@@ -124,9 +126,11 @@ class Studio {
       if (motion) motion.weightsAt(time, weights);
       if (motion) for (const name of Object.keys(edits.layer.keys)) { const k = face.names.indexOf(name); if (k >= 0) weights[k] = edits.edited(name, weights[k], time); }
       if (motion && this.lively) one.alive.apply(time, weights);
+      if (this.now) weights.set(this.now.weights);
       for (const [k, value] of held) weights[k] = value;
       face.setWeights(weights);
-      if (motion && !this.stillHead) face.setPose(motion.poseAt(time, this.pose)); else face.setPose(this.resting(one));
+      if (this.now && !this.stillHead) face.setPose(this.now.pose);
+      else if (motion && !this.stillHead) face.setPose(motion.poseAt(time, this.pose)); else face.setPose(this.resting(one));
     }
     for (const cloud of this.clouds) cloud.show(time);
     this.sliders?.show(this.current.weights);

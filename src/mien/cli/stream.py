@@ -57,6 +57,7 @@ def stream(
     rig: Path | None = None,
     listen: str | None = None,
     device: str | None = None,
+    page: bool = False,
 ) -> None:
     """A face out over the network: VMC for avatar programs, Live Link Face for Unreal.
 
@@ -76,6 +77,9 @@ def stream(
         For livelink: where packets come in, HOST:PORT; by default port 11111 on every network of this computer.
     device
         For live: which camera, as FFmpeg calls it; without it the first.
+    page
+        For what is tracked: show it in the browser too, beside the sensor's picture; its calibrate button makes the
+        face that is held then the neutral of what is sent.
     """
     word = str(source)
     tracked = word == CAMERA or is_taken(source)
@@ -86,7 +90,8 @@ def stream(
         if word == LIVE_LINK:
             sent = send_as_they_come(heard(listen, seconds), senders, shown)
         elif tracked:
-            sent = send_as_they_come(looked_at(source, rig, seconds, device), senders, shown)
+            frames = looked_at(source, rig, seconds, device, page)
+            sent = send_as_they_come(frames, senders, shown)
         else:
             frames = sampled(recorded(source), pace.fps, pace.loop)
             sent = send_on_time(frames, senders, seconds, count=shown)
@@ -107,7 +112,7 @@ def _refuse(word: str, tracked: bool) -> None:
     if word != CAMERA:
         refuse_unused("without live", "device")
     if not tracked:
-        refuse_unused("for what is not tracked", "rig")
+        refuse_unused("for what is not tracked", "rig", "page")
 
 
 def is_taken(source: Path) -> bool:
@@ -161,13 +166,17 @@ def heard(listen: str | None, seconds: float | None) -> Iterator[FaceFrame]:
         receiver.close()
 
 
-def looked_at(source: Path, rig: Path | None, seconds: float | None, device: str | None) -> Iterator[FaceFrame]:
+def looked_at(
+    source: Path, rig: Path | None, seconds: float | None, device: str | None, page: bool = False
+) -> Iterator[FaceFrame]:
     """Frames of a camera or a take, tracked as they come."""
     from ..landmarks.detector import FaceLandmarker, require_landmarker
     from ..landmarks.on_rig import landmarks_of
     from ..landmarks.stream import with_landmarks
     from ..tracking.model import tracking_model
     from ..tracking.pipeline import TrackTakeConfig, track_frames
+    from ..tracking.tracker_context import NoTimer
+    from .live_page import LivePage
     from .track import as_live, open_source, rig_for
 
     require_landmarker()
@@ -177,9 +186,17 @@ def looked_at(source: Path, rig: Path | None, seconds: float | None, device: str
     take = take if camera else as_live(take)
     person, landmarks = rig_for(rig)
     model = tracking_model(person, landmarks or landmarks_of(person))
-    seen = with_landmarks(take, FaceLandmarker("video"), late=True)
-    results = track_frames(model, take, seen, TrackTakeConfig(live=True))
-    yield from tracked_frames(results, person, take.rate)
+    live = LivePage(take, person) if page else None
+    watched = take if live is None else live.take
+    seen = with_landmarks(watched, FaceLandmarker("video"), late=True)
+    timer = NoTimer() if live is None else live.feed
+    results = track_frames(model, take, seen, TrackTakeConfig(live=True), timer)
+    if live is None:
+        yield from tracked_frames(results, person, take.rate)
+        return
+    with live.open():
+        results = live.watched(results)
+        yield from tracked_frames(results, person, take.rate)
 
 
 def tracked_frames(results, rig, rate: float) -> Iterator[FaceFrame]:

@@ -18,6 +18,7 @@ from ..pictures import write_png
 from ..progress import Progress
 from ..reports.markers import telling_frames
 from ..reports.tracking import preview, take_report, weights_section
+from ..rig import Rig
 from ..tracking.pipeline import Tracked, TrackTakeConfig, check_shapes, track_take
 from ..viewer.moving_page import moving_page
 from .bar import bar
@@ -51,6 +52,7 @@ def track(
     reading: Annotated[PicturesReading, Parameter(name="*")] = PicturesReading(),
     rate: float | None = None,
     listen: str | None = None,
+    page: bool = False,
     pages: Annotated[Pages, Parameter(name="*")] = Pages(),
     config: Annotated[TrackTakeConfig, Parameter(name="*")] = TrackTakeConfig(),
 ) -> None:
@@ -66,6 +68,8 @@ def track(
         a video, poor for depth.
     output
         Where the animated face goes (.glb, .usd).
+    page
+        Show the face in the browser while it is tracked, beside the sensor's picture, with the time of every stage.
     rate
         Frames a second, instead of what the take says.
     listen
@@ -91,13 +95,35 @@ def track(
     played = as_live(source) if config.live and not camera else source
     config = replace(config, live=config.live or camera)
     with bar() as progress:
-        tracked = track_take(played, person, landmarks, config=config, progress=progress)
+        tracked = tracked_take(played, person, landmarks, config, progress, page)
         write_edited(output, tracked.performance, tell)
         if named:
             show(source, tracked, named, progress)
     print(summary(output, tracked, source))
     if tracked.stopped:
         raise BadInput(f"{tracked.stopped}; the {len(tracked.performance)} frames before are in {output}")
+
+
+def tracked_take(
+    take: RgbdTake, rig: Rig, landmarks: LandmarkMap | None, config: TrackTakeConfig, progress: Progress, page: bool
+) -> Tracked:
+    """The take tracked; with `page` shown in the browser as it goes."""
+    from .live_page import LivePage
+
+    if not page:
+        return track_take(take, rig, landmarks, config=config, progress=progress)
+
+    live = LivePage(take, rig)
+    with live.open():
+        return track_take(
+            take=live.take,
+            rig=rig,
+            landmarks=landmarks,
+            config=config,
+            progress=progress,
+            timer=live.feed,
+            watch=live.watch,
+        )
 
 
 def open_source(

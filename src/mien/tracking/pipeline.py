@@ -1,6 +1,6 @@
 """A take becomes a performance (Li et al. 2013, fig. 4): the paper's steps are in `tracker.step`, here is the loop."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -78,11 +78,13 @@ def track_take(
     config: TrackTakeConfig = TrackTakeConfig(),
     progress: Progress = SILENT,
     timer: StageTimer = NoTimer(),
+    watch: Callable[[TrackResult], None] | None = None,
 ) -> Tracked:
     """Track a take on a person's rig.
 
     Args:
         landmarks: where they are on the rig, from `personalize`; found by looking at the rig if not given.
+        watch: hears every frame's outcome as it comes.
 
     Raises:
         BadInput: a rig without expression shapes, no face in the first 30 frames, a depth scale that makes no face, or
@@ -101,6 +103,8 @@ def track_take(
             if config.live:
                 kept.hold(_missed(times, len(kept), take))
             kept.add(result, model)
+            if watch is not None:
+                watch(result)
             progress.update("tracking", len(kept), take.count)
     except BadInput as error:
         if not kept.tracked.any():

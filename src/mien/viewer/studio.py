@@ -9,6 +9,7 @@ from ..mesh import Scan
 from ..rig import Performance
 from .clicked_pairs import ClickedPairs, ViewedScan
 from .corrections import Corrections
+from .live_feed import LiveFeed
 from .server import MIMES, Answer, PageServer, Routes, open_server
 from .studio_scene import Film, Shown, pack_scene
 
@@ -16,7 +17,9 @@ from .studio_scene import Film, Shown, pack_scene
 class Studio:
     """Things to be shown and the routes of their page."""
 
-    def __init__(self, shown: Sequence[Shown], films: Sequence[Film] = ()):
+    def __init__(self, shown: Sequence[Shown], films: Sequence[Film] = (), live: LiveFeed | None = None):
+        """`live` moves the first face as it is tracked."""
+        self._live = live
         self.shown, self.films = tuple(shown), tuple(films)
         self._packed: bytes | None = None
         self._lock = threading.Lock()
@@ -25,7 +28,7 @@ class Studio:
         """The scene file, packed once."""
         with self._lock:
             if self._packed is None:
-                self._packed = pack_scene(self.shown, self.films)
+                self._packed = pack_scene(self.shown, self.films, self._live is not None)
             return self._packed
 
     def routes(self) -> Routes:
@@ -34,6 +37,8 @@ class Studio:
         corrections = Corrections(self._corrected())
         routes.get["/edits"] = corrections.read
         routes.post["/edits"] = corrections.save
+        if self._live is not None:
+            self._live.add_routes(routes)
         scans = self._scans()
         if len(scans) > 1:
             pairs = ClickedPairs(scans)

@@ -44,8 +44,8 @@ class Film:
     path: Path
 
 
-def pack_scene(shown: Sequence[Shown], films: Sequence[Film] = ()) -> bytes:
-    """The scene as the page loads it (`scene_file`).
+def pack_scene(shown: Sequence[Shown], films: Sequence[Film] = (), live: bool = False) -> bytes:
+    """The scene as the page loads it (`scene_file`); a `live` one then hears its frames as they come.
 
     Raises:
         BadInput: no face, or too many.
@@ -62,6 +62,7 @@ def pack_scene(shown: Sequence[Shown], films: Sequence[Film] = ()) -> bytes:
         "faces": [_face(one, scene) for one in faces],
         "markers": [_markers(one, first, scene) for one in takes],
         "films": [{"name": film.name, "address": f"media/{i}{film.path.suffix}"} for i, film in enumerate(films)],
+        "live": live,
         "palette": scene.array(table("heat")[:LEVELS], "f4"),
     }
     return scene.file(header)
