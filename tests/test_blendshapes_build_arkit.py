@@ -3,9 +3,18 @@
 import numpy as np
 import pytest
 
-from mien.blendshapes.build.arkit import CompleteConfig, complete_arkit, find_mixes, pulled, transferred
+from mien.blendshapes.build.arkit import (
+    CompleteConfig,
+    complete_arkit,
+    completed_rig,
+    find_mixes,
+    pulled,
+    transferred,
+)
 from mien.faces import load_face
-from mien.mesh import mass
+from mien.mesh import loop_subdivide, mass
+from mien.rig import Rig
+from mien.rig.transfer import nearest_faces
 
 RIG = load_face().rig
 AREAS = mass(RIG.neutral.vertices, RIG.neutral.faces) * load_face().regions["face"] + 1e-6
@@ -56,3 +65,23 @@ def test_what_a_shape_does_not_move_is_changed_last():
     made = pulled(prior, mixes, example, CompleteConfig(exact=0.0))
     np.testing.assert_allclose(made[0, 0], 6.0, atol=0.01)
     np.testing.assert_allclose(made[0, 1], 0.0, atol=0.01)
+
+
+def test_a_rig_of_scans_in_another_topology_gets_the_52(own):
+    """The smile that was scanned stays as scanned, and pulls the shapes that it is made of."""
+    sides = [RIG.index("mouthSmileLeft"), RIG.index("mouthSmileRight")]
+    dense, S = loop_subdivide(RIG.neutral, 1)
+    scanned = Rig(dense, (S @ (0.9 * own[sides].sum(0)))[None], ("frame_000012",))
+    found = completed_rig(scanned, load_face(), nearest_faces(RIG.neutral, dense))
+    assert found.names == (*RIG.names, "frame_000012")
+    np.testing.assert_array_equal(found.deltas[-1], scanned.deltas[0])
+    jaw = RIG.index("jawOpen")
+    off = np.linalg.norm(found.deltas[jaw] - S @ RIG.deltas[jaw], axis=1)
+    assert np.median(off[np.linalg.norm(S @ RIG.deltas[jaw], axis=1) > 2]) < 0.5
+    areas = mass(dense.vertices, dense.faces) + 1e-6
+
+    def left(shapes) -> float:
+        mix = find_mixes(shapes, scanned.names, scanned.deltas, areas, 0.3)[0]
+        return float(np.abs(np.tensordot(mix, shapes, axes=1) - scanned.deltas[0]).mean())
+
+    assert left(found.deltas[:-1]) < 0.5 * left(np.stack([S @ delta for delta in RIG.deltas]))

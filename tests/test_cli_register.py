@@ -2,12 +2,17 @@
 
 import json
 
+import numpy as np
 import pytest
 
 from command import mien
+from mien.cli.register import beside_arkit, write_completed
 from mien.errors import BadInput
+from mien.faces import ARKIT_NAMES, load_face
+from mien.io.gltf import read_rig
 from mien.io.markers import write_c3d
 from mien.io.meshes import write_mesh
+from mien.rig import Rig
 from scan_stage import FRAMES, scan_stage
 
 
@@ -32,3 +37,24 @@ def test_the_command_tells_what_is_wrong(tmp_path, monkeypatch):
     with pytest.raises(BadInput, match=r"1 scan.s. of selected frames can be used.*frame 71 is not among the selected"):
         mien("register", folder, **given)
     assert not (tmp_path / "face.glb").exists()
+
+
+def test_a_rig_of_scans_is_written_with_the_52_too(tmp_path, monkeypatch):
+    face = load_face()
+    asked = []
+
+    def same_triangles(source, target):
+        asked.append(target)
+        return np.arange(len(target.neutral.faces))
+
+    monkeypatch.setattr("mien.landmarks.face_correspondence.match_faces", same_triangles)
+    jaw = face.rig.deltas[[face.rig.index("jawOpen")]]
+    scanned = Rig(face.rig.neutral, 0.8 * jaw, ("frame_000012",))
+    path = beside_arkit(tmp_path / "face.glb")
+    assert path.name == "face.arkit.glb"
+    write_completed(path, scanned)
+    assert asked == [scanned]
+    assert read_rig(path).names == (*ARKIT_NAMES, "frame_000012")
+    write_mesh(tmp_path / "one.ply", face.rig.neutral)
+    with pytest.raises(BadInput, match="--arkit does nothing for one scan"):
+        mien("register", tmp_path / "one.ply", output=tmp_path / "out.glb", arkit=True)

@@ -12,6 +12,7 @@ KINDS = {
     "an animated face": FACES,
     "a rig": FACES,
     "a face": FACES,
+    "a face with all 52 shapes": FACES,
     "a picture": (".png",),
     "a contact sheet": (".png",),
     "a picture or a film": (".png", ".mp4"),

@@ -31,6 +31,9 @@ class FolderOptions:
     default the bundled face's."""
     strict: bool = False
     """Stop at a scan of a folder that is missing or cannot be used; by default it is named and left out."""
+    arkit: bool = False
+    """Also write the person with all 52 ARKit shapes, pulled to the scans (`face.arkit.glb`): what `mien retarget` and
+    Live Link Face recordings can play."""
     units: str | None = None
     """Of the take: mm, cm, m, in, or millimetres in one unit as a number."""
     rate: float | None = None
@@ -72,7 +75,10 @@ def register(
     """
     existing(scans)
     page = beside(output, report, ".html") if scans.is_dir() else report
-    check_outputs({"a face": output, "a page": page}, inputs=[scans, folder.markers, folder.selection])
+    outputs = {"a face": output, "a page": page}
+    if folder.arkit:
+        outputs["a face with all 52 shapes"] = beside_arkit(output)
+    check_outputs(outputs, inputs=[scans, folder.markers, folder.selection])
     if not scans.is_dir():
         refuse_unused("for one scan: it goes with a folder of scans", "folder")
         require_landmarker()
@@ -150,10 +156,33 @@ def register_folder(
         )  # fmt: skip
         distances = surface_distances(found)
         write_any_rig(output, found.scan_rig.rig)
+        if told.arkit:
+            write_completed(beside_arkit(output), found.scan_rig.rig)
         write_record(record_beside(output), scans_record(found, distances, markers.name))
         scans_report(place.name, found, distances, config).write(page)
     for line in [*take.warnings, *map(str, unmatched + unread), *summary(found, distances)]:
         print(line)
+
+
+def beside_arkit(output: Path) -> Path:
+    """Where the rig with all 52 shapes goes: `face.glb` -> `face.arkit.glb`."""
+    return output.with_name(f"{output.stem}.arkit{output.suffix}")
+
+
+def write_completed(path: Path, rig) -> None:
+    """The scanned person with all 52 ARKit shapes.
+
+    Raises:
+        BadInput: no face is found in pictures of the scans' mesh.
+    """
+    from ..blendshapes.build.arkit import completed_rig
+    from ..faces.bundled import load_face
+    from ..landmarks.face_correspondence import match_faces
+
+    face = load_face()
+    ruled = match_faces(face.rig, rig)
+    whole_rig = completed_rig(rig, face, ruled)
+    write_any_rig(path, whole_rig)
 
 
 def summary(found, distances) -> list[str]:

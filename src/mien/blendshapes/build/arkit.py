@@ -8,16 +8,21 @@ their vertices here, so the same least squares are solved for displacements: min
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from scipy.optimize import lsq_linear
 
 from ...faces.arkit import ARKIT_NAMES
 from ...faces.bundled import BundledFace
-from ...mesh import Mesh
+from ...mesh import Mesh, mass
+from ...rig import Rig
 from ...rig.transfer import transfer_deltas
 
 OF_EYES = ("eyeBlink", "eyeLook", "eyeSquint")
 """Shapes that are fitted to a person's own eyes (`BundledFace.fitted_deltas`), by the beginnings of their names."""
+
+
+LEAST_AREA = 1e-6
+"""Of a vertex, mm^2: so that one in no triangle has a weight."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +54,24 @@ def transferred(face: BundledFace, neutral: Mesh) -> Float[np.ndarray, "52 n 3"]
     eyes = [i for i, name in enumerate(face.rig.names) if name.startswith(OF_EYES)]
     deltas[eyes] = fitted[eyes]
     return deltas
+
+
+def completed_rig(
+    rig: Rig,
+    face: BundledFace,
+    correspondence: Int[np.ndarray, " faces"] | None,
+    config: CompleteConfig = CompleteConfig(),
+) -> Rig:
+    """Any person's few shapes completed to the 52, in front; shapes of other names stay behind them.
+
+    correspondence: the bundled triangle that rules each of the rig's; None where the two have the same triangles.
+    """
+    prior = transfer_deltas(face.rig.neutral, face.rig.deltas, rig.neutral, correspondence)
+    areas = mass(rig.neutral.vertices, rig.neutral.faces) + LEAST_AREA
+    found = complete_arkit(prior, rig.names, rig.deltas, areas, config)
+    others = [i for i, name in enumerate(rig.names) if name not in ARKIT_NAMES]
+    names = (*ARKIT_NAMES, *(rig.names[i] for i in others))
+    return Rig(rig.neutral, np.concatenate([found.deltas, rig.deltas[others]]), names, rig.texture)
 
 
 def complete_arkit(
