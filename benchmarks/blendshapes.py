@@ -1,121 +1,219 @@
-"""Textured blendshapes against the truth, beside simpler ways, on two kinds of people (Casas et al. 2016).
+"""Textured blendshapes against the truth, beside simpler ways, on several kinds of people (Casas et al. 2016).
 
     python benchmarks/blendshapes.py [--kind bent] [--only jawOpen,smile] [--frames 24] [--seed 1] [--json out.json]
+    python benchmarks/blendshapes.py --grades
+    python benchmarks/blendshapes.py --growth
+    python benchmarks/blendshapes.py --kind stranger [--folder ../shared/strangers]
 
 A staged person (`bent`: bundled shapes bent; `muscles`: motion the bundled shapes do not know) holds expressions before
-a structured-light sensor and turns the head. Errors are distances between each artist vertex and the place where the
-truth has the same skin, mm: mean, median, 95th percentile over the face; drift is in texels of a 1024^2 texture. Every
-way has its head held still by the same step. Seconds are of processor time; the paper needs about 20 s a scan with its
-capture, and 60 s a blendshape with a GPU's flow.
+a structured-light sensor and turns the head; `stranger` takes scans of another generator as photogrammetry would give
+them, without colour. Errors are distances between each artist vertex and the place where the truth has the same skin,
+mm: mean, median, 95th percentile over the face; drift is in texels of a 1024^2 texture; the last column is the mean
+beyond 60 degrees from the front. Every way has its head held still by the same step. `--grades` compares sensors by
+their neutral scans, `--growth` tells seconds by texture size and captures. Seconds are of processor time; the paper
+needs about 20 s a scan with its capture, and 60 s a blendshape with a GPU's flow.
 """
 
 import argparse
 import json
 import time
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
-from mien.blendshapes.align import align, stabilised
-from mien.blendshapes.build.artist_mesh import look_up
-from mien.blendshapes.correspond.dense import WarpConfig, warp
+from mien.blendshapes.align import align
+from mien.blendshapes.assemble import completed, with_masks
+from mien.blendshapes.captures import capture_of_mesh
 from mien.blendshapes.correspond.landmarks import landmarks_on_map
-from mien.blendshapes.correspond.model_motion import mix_of, motion_image
-from mien.blendshapes.cylinder_map import mesh_of_map
 from mien.blendshapes.expression import RigConfig, build_shape, neutral_face
-from mien.blendshapes.scan.pipeline import scan_take
-from mien.experiments.blendshapes_score import drift, true_skin
+from mien.blendshapes.scan.pipeline import FusionConfig, scan_take
+from mien.experiments.blendshapes_score import true_skin
 from mien.experiments.blendshapes_stage import (
     EXPRESSIONS,
+    GRADES,
     CaptureStageConfig,
     capture_actor,
     capture_weights,
+    graded,
+    single_frames,
     staged_capture,
 )
+from mien.experiments.blendshapes_ways import errors_of, ways
 from mien.faces import load_face
-from mien.fitting.register_scan import register_scan
+from mien.io.meshes import read_scan
 from mien.landmarks.detector import FaceLandmarker
-from mien.mesh import ClosestPoint, mass
+from mien.landmarks.lift import lift_landmarks
+from mien.mesh import ClosestPoint, Mesh
 from mien.stage import STRANGER, PerformerConfig
 
-SIZE = 1024
 PAPER_S = {"a fused scan": 20, "a blendshape": 60}
+SIZES, COUNTS = (512, 1024, 2048), (1, 2, 4)
+NEUTRAL, GREY, NEAR_MM = "frame_000001", 0.6, 1.0
+"""The strangers' neutral scan; the colour that they are given; vertices nearer to the truth than this are scored."""
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--kind", choices=["bent", "muscles"], default="bent")
-    parser.add_argument("--only", default=",".join(EXPRESSIONS))
+    parser.add_argument("--kind", choices=["bent", "muscles", "stranger"], default="bent")
+    parser.add_argument("--only", help="expressions, or scans of strangers, with commas between; all where not given")
     parser.add_argument("--frames", type=int, default=24)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--grades", action="store_true")
+    parser.add_argument("--growth", action="store_true")
+    parser.add_argument("--folder", type=Path, default=Path("../shared/strangers"))
     parser.add_argument("--json")
     args = parser.parse_args()
-    person = STRANGER if args.kind == "muscles" else PerformerConfig()
-    config = CaptureStageConfig(frames=args.frames, person=person)
-    actor, face, seconds = capture_actor(args.seed, config), load_face(), {name: [] for name in PAPER_S}
-    landmarker = FaceLandmarker()
-
-    def scanned(name):
-        take = staged_capture(actor, name, args.seed, config).take
-        frames = list(take)
-        begun = time.process_time()
-        map_ = scan_take(replace(take, name=name, frames=lambda: iter(frames)), landmarker=landmarker).map
-        seconds["a fused scan"].append(time.process_time() - begun)
-        return map_
-
-    neutral = neutral_face(scanned("neutral"), face, RigConfig())
-    truth = true_skin(actor, neutral.map, neutral.artist)
-    print(f"neutral: {truth.neutral_mm:.3f} mm from the true surface, mean", flush=True)
-    table = {}
-    for name in args.only.split(","):
-        if name != "neutral":
-            map_ = scanned(name)
-            begun = time.process_time()
-            build_shape(map_, neutral, face, RigConfig())
-            seconds["a blendshape"].append(time.process_time() - begun)
-            table[name] = compare(name, map_, neutral, truth, face)
-    for name, spent in seconds.items():
-        print(f"{name}: {np.mean(spent):.1f} s of processor time; paper about {PAPER_S[name]} s")
+    if args.kind == "stranger":
+        found = strangers(args)
+    elif args.grades:
+        found = grades(args)
+    elif args.growth:
+        found = growth(args)
+    else:
+        found = staged(args)
     if args.json:
         with open(args.json, "w") as file:
-            json.dump({"neutral_mm": truth.neutral_mm, "errors": table, "seconds": seconds}, file, indent=1)
+            json.dump(found, file, indent=1)
 
 
-def compare(name, map_, neutral, truth, face) -> dict[str, list[float]]:
-    """Every way's errors for one expression, printed."""
-    weights, rows = capture_weights(name), {}
-    goal = truth.points(weights)
-    share = mass(neutral.artist.mesh.vertices, neutral.artist.mesh.faces) * face.regions["face"]
-    for way, found in ways(map_, neutral, face).items():
-        still = stabilised(found, neutral.artist.mesh.vertices, share).apply(found)
-        ok = truth.scored & np.isfinite(still[:, 0])
-        off = np.linalg.norm(still - goal, axis=1)[ok]
-        moved = drift(truth, still, weights, neutral.artist.mesh, SIZE)[ok]
-        rows[way] = [off.mean(), np.median(off), np.quantile(off, 0.95), np.median(moved), np.quantile(moved, 0.95)]
-        told = "  ".join(f"{value:6.2f}" for value in rows[way])
-        print(f"{name:12} {way:24} {told}", flush=True)
-    return {way: [float(v) for v in values] for way, values in rows.items()}
+class Scanner:
+    """A person's session, and the seconds that its parts took."""
+
+    def __init__(self, args, **more):
+        person = STRANGER if args.kind == "muscles" else PerformerConfig()
+        self.config = replace(CaptureStageConfig(frames=args.frames, person=person), **more)
+        self.seed, self.actor = args.seed, capture_actor(args.seed, self.config)
+        self.landmarker = FaceLandmarker()
+        self.seconds = {name: [] for name in PAPER_S}
+
+    def film(self, name: str):
+        """(the staged film, its frames made)."""
+        staged = staged_capture(self.actor, name, self.seed, self.config)
+        return staged, list(staged.take)
+
+    def scan(self, name: str):
+        """One expression's map."""
+        staged, frames = self.film(name)
+        return self.fused(replace(staged.take, name=name, frames=lambda: iter(frames)))
+
+    def fused(self, take):
+        """A take's map."""
+        begun = time.process_time()
+        map_ = scan_take(take, landmarker=self.landmarker).map
+        self.seconds["a fused scan"].append(time.process_time() - begun)
+        return map_
 
 
-def ways(map_, neutral, face) -> dict[str, np.ndarray]:
-    """Positions of the artist's vertices, NaN where a way gives none."""
-    aligned = align(map_, landmarks_on_map(map_), neutral.map, neutral.landmarks)
-    artist = neutral.artist
-    pair = aligned.map, aligned.landmarks, neutral.map, neutral.landmarks
-    mix = mix_of(neutral.units, artist.mesh, aligned.landmarks, neutral.landmarks)
-    expected = motion_image(artist.mesh, np.tensordot(mix, neutral.units, axes=1), neutral.map.layout)
-    surface = mesh_of_map(aligned.map, 2)
-    nearest = ClosestPoint(surface.mesh).query(artist.mesh.vertices).points
-    fitted = register_scan(surface, face)
-    template = fitted.T_face_scan.inverse().apply(fitted.mesh.vertices)
-    shown = artist.shown[:, None]
-    return {
-        "closest point": np.where(shown, nearest, np.nan),
-        "template fit": np.where(shown, template, np.nan),
-        "landmarks and triangles": look_up(artist, aligned.map, warp(*pair, config=WarpConfig(flow=None))),
-        "... and flow (paper)": look_up(artist, aligned.map, warp(*pair)),
-        "... and motion (ours)": look_up(artist, aligned.map, warp(*pair, expected=expected)),
-    }
+def staged(args) -> dict:
+    """Every way's errors on the stage."""
+    scanner, face = Scanner(args), load_face()
+    neutral = neutral_face(scanner.scan("neutral"), face, RigConfig())
+    truth = true_skin(scanner.actor, neutral.map, neutral.artist)
+    print(f"neutral: {truth.neutral_mm:.3f} mm from the true surface, mean", flush=True)
+    table = {}
+    for name in (args.only or ",".join(EXPRESSIONS)).split(","):
+        if name == "neutral":
+            continue
+        map_ = scanner.scan(name)
+        begun = time.process_time()
+        build_shape(map_, neutral, face, RigConfig())
+        scanner.seconds["a blendshape"].append(time.process_time() - begun)
+        aligned = align(map_, landmarks_on_map(map_), neutral.map, neutral.landmarks)
+        found = ways(aligned, neutral, face)
+        weights = capture_weights(name)
+        table[name] = {way: errors_of(p, truth, weights, neutral, face) for way, p in found.items()}
+        told(name, table[name])
+    told("all", averages(table))
+    for name, spent in scanner.seconds.items():
+        mean = float(np.mean(spent))
+        print(f"{name}: {mean:.1f} s of processor time; paper about {PAPER_S[name]} s ({mean / PAPER_S[name]:.2f})")
+    return {"neutral_mm": truth.neutral_mm, "errors": table, "seconds": scanner.seconds}
+
+
+def told(name: str, rows: dict[str, dict[str, float]]) -> None:
+    """One expression's lines."""
+    for way, row in rows.items():
+        values = "  ".join(f"{value:6.2f}" for value in row.values())
+        print(f"{name:12} {way:24} {values}", flush=True)
+
+
+def averages(table: dict) -> dict[str, dict[str, float]]:
+    """Each way's figures, averaged over the expressions."""
+    rows = list(table.values())
+    return {way: {key: float(np.mean([row[way][key] for row in rows])) for key in rows[0][way]} for way in rows[0]}
+
+
+def grades(args) -> dict:
+    """The neutral scan of each grade of sensor beside its best single frame, mm."""
+    found = {}
+    for name, grade in GRADES.items():
+        scanner = Scanner(args, film=graded(grade))
+        staged, frames = scanner.film("neutral")
+        map_ = scanner.fused(replace(staged.take, name="neutral", frames=lambda kept=frames: iter(kept)))
+        neutral = neutral_face(map_, load_face(), RigConfig(texture=SIZES[0]))
+        truth = true_skin(scanner.actor, neutral.map, neutral.artist)
+        best = min(single_frames(staged, frames))
+        found[name] = {"fused": truth.neutral_mm, "best frame": best}
+        print(f"{name:10} fused {truth.neutral_mm:.3f} mm, best single frame {best:.3f} mm", flush=True)
+    return found
+
+
+def growth(args) -> dict:
+    """Seconds of a blendshape by texture size, and of completing the 52 shapes by captures."""
+    scanner, face, found = Scanner(args), load_face(), {}
+    calm, jaw = scanner.scan("neutral"), scanner.scan("jawOpen")
+    for size in SIZES:
+        config = RigConfig(texture=size)
+        neutral = neutral_face(calm, face, config)
+        begun = time.process_time()
+        shape = build_shape(jaw, neutral, face, config)
+        found[f"texture {size}"] = time.process_time() - begun
+        for count in COUNTS if size == SIZES[0] else ():
+            shapes = [replace(shape, name=f"capture_{i}") for i in range(count)]
+            begun = time.process_time()
+            completed(with_masks(neutral, shapes, face, config), neutral, shapes, face, config)
+            found[f"captures {count}"] = time.process_time() - begun
+    for name, seconds in found.items():
+        print(f"{name:14} {seconds:.2f} s of processor time")
+    return found
+
+
+def strangers(args) -> dict:
+    """Scans of another generator, in grey: shape errors by its own correspondence; no colour, so no drift."""
+    if not (args.folder / "scans").is_dir():
+        raise SystemExit(f"{args.folder}: no scans of strangers there; give --folder")
+    face = load_face()
+    calm, T_calm = stranger(args.folder, NEUTRAL)
+    neutral = neutral_face(calm, face, RigConfig(texture=SIZES[0]))
+    true = np.load(args.folder / "truth_scans" / f"{NEUTRAL}.npz")
+    rest = Mesh(T_calm.apply(true["vertices"]), true["faces"].astype(np.int64))
+    near = ClosestPoint(rest).query(neutral.artist.mesh.vertices)
+    scored = neutral.artist.shown & (near.distances < NEAR_MM) & (face.regions["face"] > 0.5)
+    table = {}
+    others = sorted(p.stem for p in (args.folder / "scans").iterdir() if p.stem != NEUTRAL)
+    for name in others if args.only is None else args.only.split(","):
+        map_, T_face_scan = stranger(args.folder, name)
+        aligned = align(map_, landmarks_on_map(map_), neutral.map, neutral.landmarks)
+        moved = np.load(args.folder / "truth_scans" / f"{name}.npz")["vertices"]
+        placed = rest.with_vertices((aligned.T_neutral_capture @ T_face_scan).apply(moved))
+        goal, table[name] = near.attachment().points(placed), {}
+        for way, points in ways(aligned, neutral, face).items():
+            off = np.linalg.norm(points - goal, axis=1)[scored & np.isfinite(points[:, 0])]
+            told_off = {"mean": off.mean(), "median": np.median(off), "p95": np.quantile(off, 0.95)}
+            table[name][way] = {key: float(value) for key, value in told_off.items()}
+        told(name, table[name])
+    told("all", averages(table))
+    return {"errors": table}
+
+
+def stranger(folder: Path, name: str):
+    """(map, T_face_scan) of a scan."""
+    scan = read_scan(folder / "scans" / f"{name}.ply")
+    grey = np.full((len(scan.mesh.vertices), 3), GREY)
+    scan = replace(scan, mesh=replace(scan.mesh, colors=grey))
+    placed = lift_landmarks(scan).T_face_scan
+    return capture_of_mesh(scan, FusionConfig().pixel_mm).map.named(name), placed
 
 
 if __name__ == "__main__":

@@ -3,31 +3,13 @@
 import numpy as np
 import pytest
 
-from blendshape_faces import face_landmarks, face_map
-from mien.blendshapes import expression
-from mien.blendshapes.captures import Capture
-from mien.blendshapes.correspond.landmarks import MapLandmarks
-from mien.blendshapes.expression import RigConfig
-from mien.blendshapes.pipeline import build_rig
+from blendshape_rig import SMILE, built_rig
 from mien.faces import ARKIT_NAMES, load_face
-
-JAW, SMILE = {"jawOpen": 0.7}, {"mouthSmileLeft": 0.9, "mouthSmileRight": 0.9}
-SEEN = {"neutral": {}, "jawOpen": JAW, "grin": SMILE}
 
 
 @pytest.fixture(scope="module")
 def built():
-    def landmarks(map_):
-        if map_.name == "blind":
-            return MapLandmarks(face_landmarks().points, np.zeros(478, bool))
-        return face_landmarks(**SEEN[map_.name])
-
-    patch = pytest.MonkeyPatch()
-    patch.setattr(expression, "landmarks_on_map", landmarks)
-    captures = [Capture(face_map(name, **weights), "") for name, weights in SEEN.items()]
-    captures.append(Capture(face_map("blind"), ""))
-    yield build_rig(captures, "neutral", load_face(), True, RigConfig(texture=128))
-    patch.undo()
+    return built_rig()
 
 
 def test_a_capture_that_cannot_be_used_is_named_and_left_out(built):
