@@ -17,7 +17,7 @@ FOLDERS = Path("demo")
 
 @verb
 def demo(
-    what: Literal["markers", "scans", "rgbd", "detail"] = "markers",
+    what: Literal["markers", "scans", "rgbd", "blendshapes", "detail"] = "markers",
     *,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     seed: int = 1,
@@ -28,7 +28,8 @@ def demo(
 ) -> None:
     """Stage a performance, record it with faults, solve it, score it against the truth, and show it moving.
 
-    On two cores markers take about a minute, rgbd two (five with --figures), scans and detail five.
+    On two cores markers take about a minute, rgbd two (five with --figures), blendshapes three to four, scans and
+    detail five.
 
     Parameters
     ----------
@@ -53,9 +54,11 @@ def demo(
         refuse_unused("in `demo rgbd`, whose film has none", "markers")
     else:
         refuse_unused(f"in `demo {what}`, which has no stages to leave out", "figures")
-    if what == "detail":
-        refuse_unused("in `demo detail`, whose clips are of one length", "seconds")
-    if what in ("scans", "rgbd"):
+    if what in ("detail", "blendshapes"):
+        refuse_unused(f"in `demo {what}`, whose clips are of one length", "seconds")
+    if what == "blendshapes":
+        refuse_unused("in `demo blendshapes`, whose film has none", "markers")
+    if what in ("scans", "rgbd", "blendshapes"):
         require_landmarker()
     folder.mkdir(parents=True, exist_ok=True)
     run(what, folder, seed, SECONDS if seconds is None else seconds, markers, figures)
@@ -70,6 +73,10 @@ def run(what: str, folder: Path, seed: int, seconds: float, markers: int | None,
         from .demo_detail import demo_detail
 
         demo_detail(folder, seed, markers or 178)
+    elif what == "blendshapes":
+        from .demo_blendshapes import demo_blendshapes
+
+        demo_blendshapes(folder, seed)
     elif what == "rgbd":
         from .demo_rgbd import demo_rgbd
 
@@ -84,7 +91,13 @@ def run(what: str, folder: Path, seed: int, seconds: float, markers: int | None,
         demo_markers(folder, seed, seconds, markers or 100)
 
 
-TAKES = {"markers": "about a minute", "rgbd": "two minutes", "scans": "five minutes", "detail": "five minutes"}
+TAKES = {
+    "markers": "about a minute",
+    "rgbd": "two minutes",
+    "scans": "five minutes",
+    "blendshapes": "three to four minutes",
+    "detail": "five minutes",
+}
 """On two cores."""
 
 SECONDS = 12.0
