@@ -9,7 +9,7 @@ EXTRAS ?= all
 # The compiled loops have threads of their own; BLAS threads beside them only get in the way.
 export OPENBLAS_NUM_THREADS ?= 1
 
-.PHONY: demo test test-clients lint bench clean setup house mutants
+.PHONY: demo docs test test-clients lint bench clean setup house mutants
 
 demo: $(STAMP)
 	@echo "a performer is staged, recorded and solved: about a minute, and once 20 s more to compile"
@@ -29,6 +29,14 @@ lint: $(STAMP)
 
 bench: setup
 	@for b in benchmarks/[a-z]*.py; do echo "== $$b"; $(BIN)/python $$b || exit 1; done
+
+# The documentation as a site: build/site/index.html.
+docs: $(STAMP)
+	@$(BIN)/python -c "import material" 2>/dev/null || \
+	  if command -v uv >/dev/null 2>&1; then uv pip install -q --python $(BIN)/python -e '.[docs]'; \
+	  else $(BIN)/python -m pip install -q --disable-pip-version-check -e '.[docs]'; fi
+	$(BIN)/python tools/book.py build/book
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build -q --strict
 
 # What is written, in the programs that it is for: Blender (its Python module, about 300 MB, in an environment of its own,
 # since it wants an older numpy and one Python alone) and three.js in headless Chromium.
@@ -69,4 +77,4 @@ $(MODEL): $(STAMP)
 	  echo "set-up goes on: what finds faces in pictures stops with the line above until that is mended"; fi
 
 clean:
-	rm -rf $(VENV) demo build dist
+	rm -rf $(VENV) $(CLIENTS) demo build dist

@@ -39,11 +39,11 @@ EXAMPLES = {
     ),
     "detail": (
         ("mien detail fit training/ -o maps/", "learn wrinkles and pores"),
-        ("mien detail synth perf.glb maps/ -o detail.mp4", "play them"),
+        ("mien detail synth perf.glb --maps maps/ -o detail.mp4", "play them"),
     ),
     "decode": (
         ("mien decode take/ -o scan.exr", "pictures of active light to a detailed scan"),
-        ("mien decode patterns -o patterns/", "the patterns to project"),
+        ("mien decode --show paper -o patterns/", "the patterns to project"),
     ),
     "view": (
         ("mien view perf.glb", "see it move in the browser"),

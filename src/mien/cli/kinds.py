@@ -36,7 +36,7 @@ PERFORMANCE = Kind(
         ("mien convert FILE -o perf.usdz", "to USD, Alembic, Live Link Face .csv, virtual markers"),
         ("mien retarget FILE --to avatar.vrm -o out.glb", "onto another rig"),
         ("mien stream FILE --vmc 127.0.0.1:39539", "to an avatar program, or with --livelink to Unreal"),
-        ("mien detail synth FILE maps/ -o detail.mp4", "with wrinkles and pores"),
+        ("mien detail synth FILE --maps maps/ -o detail.mp4", "with wrinkles and pores"),
     ),
 )
 RIG = Kind(

@@ -1,0 +1,36 @@
+"""The book: a page a verb and an example, no link to nowhere, every page in its contents."""
+
+import re
+
+import pytest
+
+from mien.cli.main import PIPELINE
+from test_house import ROOT, tool
+
+
+@pytest.fixture(scope="module")
+def book(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("book") / "pages"
+    tool("book").gather(folder)
+    return folder
+
+
+def test_a_page_a_verb_and_an_example(book):
+    for verb in PIPELINE:
+        page = (book / "verbs" / f"{verb}.md").read_text()
+        assert page.count(f"mien {verb}") >= 3
+    assert "Settings of the solvers" in (book / "verbs" / "solve.md").read_text()
+    for path in (ROOT / "examples").glob("*.py"):
+        assert "```python" in (book / "examples" / f"{path.stem}.md").read_text()
+
+
+def test_links_lead_somewhere(book):
+    for page in book.rglob("*.md"):
+        for link in re.findall(r"\]\(([^)#]+?)(?:#[^)]*)?\)", page.read_text()):
+            if "://" not in link:
+                assert (page.parent / link).exists(), f"{page.relative_to(book)}: {link}"
+
+
+def test_the_contents_name_every_page(book):
+    named = set(re.findall(r": ([\w/]+\.md)$", (ROOT / "mkdocs.yml").read_text(), re.M))
+    assert named == {str(page.relative_to(book)) for page in book.rglob("*.md")}
