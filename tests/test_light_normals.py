@@ -3,7 +3,14 @@ import pytest
 
 import light_scene
 from mien.errors import BadInput
-from mien.light.normals import PointLamp, gradient_normals, photometric_normals
+from mien.light.normals import (
+    GlossConfig,
+    NormalMap,
+    PointLamp,
+    gradient_normals,
+    photometric_normals,
+    without_highlights,
+)
 from mien.light.patterns import paper_set
 from mien.light.triangulate import pixel_rays
 
@@ -69,3 +76,37 @@ def test_lamps_one_at_a_time_with_a_highlight_and_a_shadow():
     np.testing.assert_allclose(np.nanmedian(found.albedo), 0.5, rtol=0.02)
     with pytest.raises(BadInput, match="3 lamps"):
         photometric_normals(images[:2], lamps[:2], points, mask)
+
+
+def glossy(share):
+    """Normals of the ball as gradients show them when a share of the light is mirrored."""
+    rays = pixel_rays(LEFT.camera)
+    sight = -rays / np.linalg.norm(rays, axis=-1, keepdims=True)
+    mirrored = 2 * (NORMALS * sight).sum(-1, keepdims=True) * NORMALS - sight
+    mixed = (1 - share) * 2 / 3 * NORMALS + share * mirrored
+    mixed /= np.linalg.norm(mixed, axis=-1, keepdims=True)
+    flat = np.ones(mixed.shape[:2])
+    return NormalMap(mixed, flat, flat), rays
+
+
+@pytest.mark.parametrize("share", [0.1, 0.3])
+def test_highlights_are_taken_out_by_the_shape_that_geometry_tells(share):
+    light, rays = glossy(share)
+    rng = np.random.default_rng(0)
+    rough = NORMALS + 0.1 * rng.normal(size=NORMALS.shape)
+    rough /= np.linalg.norm(rough, axis=-1, keepdims=True)
+    before, after = median_off(light.normals), median_off(without_highlights(light, rough, rays).normals)
+    assert before > 20 * share
+    assert after < 0.15 * before
+    left = without_highlights(light, rough, rays, GlossConfig(window_px=0.0))
+    assert left is light
+
+
+def test_matt_skin_keeps_its_normals():
+    light, rays = glossy(0.0)
+    assert median_off(without_highlights(light, NORMALS, rays).normals) < 0.01
+
+
+def median_off(normals):
+    cosine = (normals * NORMALS).sum(-1)
+    return np.degrees(np.median(np.arccos(np.clip(cosine[np.isfinite(cosine)], -1, 1))))

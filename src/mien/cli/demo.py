@@ -17,7 +17,7 @@ FOLDERS = Path("demo")
 
 @verb
 def demo(
-    what: Literal["markers", "scans", "rgbd", "blendshapes", "detail"] = "markers",
+    what: Literal["markers", "scans", "rgbd", "blendshapes", "detail", "light"] = "markers",
     *,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     seed: int = 1,
@@ -28,8 +28,8 @@ def demo(
 ) -> None:
     """Stage a performance, record it with faults, solve it, score it against the truth, and show it moving.
 
-    On two cores markers take about a minute, rgbd two (five with --figures), blendshapes three to four, scans and
-    detail five.
+    On two cores markers take about a minute, rgbd two (five with --figures), light three, blendshapes three to four,
+    scans and detail five.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def demo(
     seconds
         Length of the take; 12 where not given.
     markers
-        How many markers the performer wears; 178 for detail, 100 for the others where not given.
+        How many markers the performer wears; 178 for detail and light, 100 for the others where not given.
     figures
         Redraw the paper's figures too, stages left out one by one (rgbd).
     open_page
@@ -54,7 +54,7 @@ def demo(
         refuse_unused("in `demo rgbd`, whose film has none", "markers")
     else:
         refuse_unused(f"in `demo {what}`, which has no stages to leave out", "figures")
-    if what in ("detail", "blendshapes"):
+    if what in ("detail", "blendshapes", "light"):
         refuse_unused(f"in `demo {what}`, whose clips are of one length", "seconds")
     if what == "blendshapes":
         refuse_unused("in `demo blendshapes`, whose film has none", "markers")
@@ -77,6 +77,10 @@ def run(what: str, folder: Path, seed: int, seconds: float, markers: int | None,
         from .demo_blendshapes import demo_blendshapes
 
         demo_blendshapes(folder, seed)
+    elif what == "light":
+        from .demo_light import demo_light
+
+        demo_light(folder, seed, markers or 178)
     elif what == "rgbd":
         from .demo_rgbd import demo_rgbd
 
@@ -97,6 +101,7 @@ TAKES = {
     "scans": "five minutes",
     "blendshapes": "three to four minutes",
     "detail": "five minutes",
+    "light": "three minutes",
 }
 """On two cores."""
 

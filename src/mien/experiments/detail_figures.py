@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Float, UInt8
+from jaxtyping import Float, Int, UInt8
 
 from ..detail.domain import deformation_vectors
 from ..detail.fields import parameter_field
@@ -77,11 +77,17 @@ def layers_sheet(model: DetailModel, frames: dict[str, tuple[TrainingSet, Aligne
             synthesized(model, aligned, medium=False, fine=False),
             synthesized(model, aligned, fine=False),
             synthesized(model, aligned),
-            Mesh(aligned.vertices, training.mesh.faces),
+            shown_mesh(aligned.vertices, training.mesh.faces),
         ]
         pictures += [Renderer(mesh, LOOK).draw(*view) for mesh in made]
         captions += [f"{name}: {layer}" for layer in ("shell", "+ medium", "+ fine", "truth")]
     return contact_sheet(pictures, captions, columns=4)
+
+
+def shown_mesh(vertices: Float[np.ndarray, "n 3"], faces: Int[np.ndarray, "m 3"]) -> Mesh:
+    """A frame's surface without triangles at vertices that it does not show (NaN)."""
+    seen = np.asarray(np.isfinite(vertices).all(axis=1))
+    return Mesh(np.nan_to_num(vertices), faces[seen[faces].all(axis=1)])
 
 
 def strain_sheet(with_offsets: DetailModel, strain: DetailModel, training: TrainingSet, aligned: Aligned) -> Picture:

@@ -4,12 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float
+from scipy import ndimage
 
 from ..errors import BadInput
 from .patterns import PatternSet
 
 LAMBERT = 2.0 / 3.0
 """Length of 2 L / L_c - 1 for a matt convex surface under linear gradients over the whole sphere."""
+NEWTON_ROUNDS = 5
+"""Of finding a normal behind its highlight; three are enough up to a third of mirrored light."""
 LEAST_LIGHT = 0.02
 """Share of full scale below which the constant condition says nothing."""
 
@@ -55,6 +58,56 @@ def gradient_normals(
     normals = np.where(lit[..., None], turned / np.where(lit, length, 1.0)[..., None], np.nan)
     confidence = np.where(lit, np.clip(1 - np.abs(length / LAMBERT - 1), 0, 1), 0.0)
     return NormalMap(normals, confidence, np.where(lit, constant, np.nan))
+
+
+@dataclass(frozen=True)
+class GlossConfig:
+    """How highlights are taken out of normals from gradients."""
+
+    window_px: float = 12.0
+    """Standard deviation of the window over which the share of mirrored light is one, pixels. 0: they stay."""
+    most: float = 0.6
+    """Greatest share."""
+    least_slant: float = 0.02
+    """Mean square of sines below which a window tells no share: seen straight on, mirrored and matt light agree."""
+
+
+def without_highlights(
+    light: NormalMap,
+    geometry: Float[np.ndarray, "h w 3"],
+    rays: Float[np.ndarray, "h w 3"],
+    config: GlossConfig = GlossConfig(),
+) -> NormalMap:
+    """Normals of a skin that also mirrors the lamps, with no polarisers.
+
+    A gradient's mirror image leans to the mirrored line of sight r: what is measured is (1 - w) 2/3 n + w r, in the
+    plane of n and the sight. With the normals of the `geometry` in place of n, its direction tells w, one share a
+    window (least squares); with w, the direction tells n pixel by pixel (Newton).
+    """
+    if config.window_px <= 0:
+        return light
+    sight = -rays / np.linalg.norm(rays, axis=-1, keepdims=True)
+    across = light.normals - (light.normals * sight).sum(-1, keepdims=True) * sight
+    across /= np.maximum(np.linalg.norm(across, axis=-1, keepdims=True), 1e-9)
+    seen = np.arctan2((light.normals * across).sum(-1), (light.normals * sight).sum(-1))
+    told = np.arctan2((geometry * across).sum(-1), (geometry * sight).sum(-1))
+    matt, mirrored = LAMBERT * np.sin(seen - told), np.sin(2 * told - seen)
+    known = np.isfinite(matt + mirrored)
+    top = _windowed(np.where(known, matt * (matt + mirrored), 0.0), config.window_px)
+    bottom = _windowed(np.where(known, (matt + mirrored) ** 2, 0.0), config.window_px)
+    weight = _windowed(known.astype(float), config.window_px)
+    share = np.clip(top / np.maximum(bottom, config.least_slant * np.maximum(weight, 1e-6)), 0.0, config.most)
+    angle = seen
+    for _ in range(NEWTON_ROUNDS):
+        off = (1 - share) * LAMBERT * np.sin(angle - seen) + share * np.sin(2 * angle - seen)
+        slope = (1 - share) * LAMBERT * np.cos(angle - seen) + 2 * share * np.cos(2 * angle - seen)
+        angle = np.clip(angle - off / np.maximum(slope, 0.1), 0.0, seen)
+    normals = np.cos(angle)[..., None] * sight + np.sin(angle)[..., None] * across
+    return NormalMap(np.where(light.known[..., None], normals, np.nan), light.confidence, light.albedo)
+
+
+def _windowed(values: Float[np.ndarray, "h w"], sigma: float) -> Float[np.ndarray, "h w"]:
+    return ndimage.gaussian_filter(values, sigma, truncate=3.0)
 
 
 @dataclass(frozen=True)

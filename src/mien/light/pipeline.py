@@ -13,12 +13,21 @@ from .disk.light_scan import LightScan
 from .fuse import NormalFusionConfig, fuse
 from .light_rig import LightRig, RigView
 from .motion import MotionConfig, compensated, slot_flow
-from .normals import NormalMap, gradient_normals
+from .normals import GlossConfig, NormalMap, gradient_normals, without_highlights
 from .patterns import PatternSet
-from .triangulate import DepthMap, TriangulateConfig, surface_normals, triangulate_pair, triangulate_projector
+from .triangulate import (
+    DepthMap,
+    TriangulateConfig,
+    pixel_rays,
+    surface_normals,
+    triangulate_pair,
+    triangulate_projector,
+)
 
 WORST_COLUMNS = 8.0
 """Median distance of points from their planes of light, projector pixels, at which a calibration is another rig's."""
+SHAPE_REACH = 3
+"""Pixels to either side over which a triangulated surface's normals are taken where light is judged by them."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +37,7 @@ class LightConfig:
     decode: DecodeConfig = DecodeConfig()
     triangulate: TriangulateConfig = TriangulateConfig()
     motion: MotionConfig = MotionConfig()
+    gloss: GlossConfig = GlossConfig()
     fuse: NormalFusionConfig = NormalFusionConfig()
 
 
@@ -86,7 +96,13 @@ def light_sources(
     steady = at_one_moment(first.images, flows[0], patterns, config.motion)
     light = gradient_normals(steady, patterns, rig.R_view_lamps(first.view))
     check_light(depth, light, first.view)
+    light = without_highlights(light, shape_normals(depth, first.view), pixel_rays(first.view.camera), config.gloss)
     return LightSources(first.view, first.box, depth, light, light.albedo)
+
+
+def shape_normals(depth: DepthMap, view: RigView) -> Float[np.ndarray, "h w 3"]:
+    """Normals of the triangulated surface over a window: steady enough to judge light by."""
+    return surface_normals(depth.z, view.camera, SHAPE_REACH)
 
 
 def light_scan(sources: LightSources, config: NormalFusionConfig) -> LightScan:

@@ -16,6 +16,7 @@ from ...pictures.color import to_srgb
 from ...progress import SILENT, Progress
 from ...transforms import Transform
 from ..light_rig import LightRig
+from ..patterns import PatternSet
 from ..pipeline import LightConfig, decode_capture
 from ..training.clips import LostFrame, TrainingConfig, common_neutral, registered_clip, shown_positions
 from ..training.common_surface import CommonSurface, RegisteredSkin
@@ -35,6 +36,8 @@ class WrittenClips:
     frames: int
     dots: int
     vertices: int
+    T_face_rig: Transform
+    """Of everything that was written."""
     notes: tuple[str, ...]
     """A line for each capture or clip that was left out."""
 
@@ -78,7 +81,8 @@ def write_training_clips(
     first = NEUTRAL if NEUTRAL in takes else next(iter(takes))
     neutral = decode_capture(takes[first].capture(0), takes[first].patterns, takes[first].rig, light)
     surface = common_neutral(neutral, config)
-    writer = ClipWriter(folder, surface, T_face_rig(surface, takes[first].rig))
+    placed = T_face_rig(surface, takes[first].rig)
+    writer = ClipWriter(folder, surface, placed)
     still = RegisteredSkin(surface.mesh.vertices, np.ones(len(surface.albedo), bool), surface.albedo)
     writer.frame(NEUTRAL, 0, still)
     writer.markers(NEUTRAL, surface.dots[None], takes[first].patterns)
@@ -99,7 +103,7 @@ def write_training_clips(
             count += 1
         if np.isfinite(positions).any():
             writer.markers(name, positions, take.patterns)
-    return WrittenClips(count, len(surface.dots), len(surface.albedo), tuple(notes))
+    return WrittenClips(count, len(surface.dots), len(surface.albedo), placed, tuple(notes))
 
 
 def _scans(take: LightTake, config: LightConfig) -> Iterator[LightScan | BadInput]:
@@ -134,7 +138,7 @@ class ClipWriter:
         colors = np.repeat(grey[:, None], 3, axis=1)
         write_ply(self.folder / clip / f"frame_{number:06d}.ply", replace(made, colors=colors))
 
-    def markers(self, clip: str, positions: np.ndarray, patterns) -> None:
+    def markers(self, clip: str, positions: np.ndarray, patterns: PatternSet) -> None:
         """The clip's dots, (frames, k, 3), as C3D."""
         labels = tuple(f"D{i:03d}" for i in range(len(self.order)))
         rate = patterns.rate / len(patterns)

@@ -160,7 +160,7 @@ def from_lamps(
     """
     g = np.array(gradient)
     if not g.any():
-        return np.ones(len(seen.normals)), np.full(len(seen.normals), fresnel(seen).mean())
+        return np.ones(len(seen.normals)), fresnel(seen)
     mirrored = 2 * (seen.normals * seen.toward).sum(1, keepdims=True) * seen.normals - seen.toward
     return (1 + 2 / 3 * seen.normals @ g) / 2, fresnel(seen) * (1 + mirrored @ g) / 2
 
