@@ -52,6 +52,8 @@ $(CLIENTS)/.installed:
 	@touch $@
 
 setup: $(STAMP) $(MODEL)
+	@command -v chromium chromium-browser google-chrome >/dev/null || \
+	  echo "tests of the page are skipped: no Chromium (Debian: apt install chromium)"
 
 house: $(STAMP)
 	$(BIN)/python tools/house.py

@@ -2,6 +2,7 @@
 
 import base64
 import io
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -245,5 +246,31 @@ def test_a_tracked_face_moves_as_it_is_tracked(chromium):
     assert feed.calibrated(weights).max() == 0
     page.close()
     feed.show(weights, Transform.identity(), True)  # nobody looks on any more
+    server.shutdown()
+    server.server_close()
+
+
+def test_a_film_is_drawn_and_a_file_written_anew_is_told(chromium, performance, tmp_path):
+    few = replace(
+        performance,
+        weights=performance.weights[:3],
+        T_world_face=performance.T_world_face[:3],
+        tracked=performance.tracked[:3],
+    )
+    write_performance(tmp_path / "few.glb", few)
+    shown, _ = gather([tmp_path / "few.glb"])
+    studio = Studio(shown)
+    server = studio.open("127.0.0.1")
+    page = page_at(chromium, server.address)
+    page.click("#film-out")
+    page.wait_for_function("document.querySelector('#told').textContent.includes('few.mp4: 3 frames')")
+    assert (tmp_path / "few.mp4").stat().st_size > 1000
+    before = studio.scene()
+    (tmp_path / "few.glb").write_bytes(b"half of a file")
+    assert studio.scene() is before
+    write_performance(tmp_path / "few.glb", replace(few, weights=few.weights * 0.5))
+    assert studio.scene() != before
+    page.wait_for_function("document.querySelector('#told').textContent.includes('written anew')")
+    page.close()
     server.shutdown()
     server.server_close()

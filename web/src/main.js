@@ -6,17 +6,19 @@ import { Correspond } from "./correspond.js";
 import { CorrectPanel } from "./correct.js";
 import { button, choice, heading, make, row, save, toggle } from "./dom.js";
 import { Edits } from "./edits.js";
+import { film } from "./film.js";
 import { Live } from "./live.js";
 import { GpuFace } from "./gpu_face.js";
 import { Motion } from "./motion.js";
 import { filmOf, MarkerCloud } from "./overlays.js";
-import { address } from "./remote.js";
+import { address, served } from "./remote.js";
 import { loadScene } from "./scene_file.js";
 import { Sliders } from "./sliders.js";
 import { PRESETS, Stage } from "./stage.js";
 import { Timeline } from "./timeline.js";
 
 const told = document.getElementById("told");
+const WATCH_MS = 2000; // between two looks at whether files have changed
 const began = performance.now();
 
 function paletteOf(file) {
@@ -88,7 +90,11 @@ class Studio {
       this.livelier = toggle("eyes alive (made up)", (on) => { this.lively = on; this.show(); });
       panel.append(row(this.livelier));
     }
-    panel.append(row(button("screenshot", () => this.screenshot())));
+    const say = (text) => { told.textContent = text; };
+    const shots = row(button("screenshot", () => this.screenshot()));
+    if (this.clock.duration) shots.append(button("film", () => film(this, say), { id: "film-out" }));
+    panel.append(shots);
+    if (served) this.watch(say);
     if (this.shown.length > 1) panel.append(row(choice("face", this.shown.map(({ name }, i) => [i, name]), 0, (i) => this.turnTo(this.shown[i]))));
     if (this.shown.length > 1 && this.shown.slice(0, 2).every(({ kind }) => kind === "scan")) this.correspond = new Correspond(panel, this);
     if (header.live) this.live = new Live(panel, this);
@@ -98,6 +104,17 @@ class Studio {
     if (this.clock.duration) this.timeline = new Timeline(document.getElementById("timeline"), this);
     else document.getElementById("timeline").hidden = true;
     addEventListener("keydown", (event) => this.key(event));
+  }
+
+  // The files of a page may be written anew while it is open.
+  watch(say) {
+    let first;
+    setInterval(async () => {
+      const answer = await fetch(address("stamp")).catch(() => null), stamp = answer?.ok && (await answer.text());
+      first ??= stamp;
+      if (stamp && stamp !== first) say("the file was written anew: reload the page to see it");
+      if (!answer) say("the server has ended; what was saved is on disk");
+    }, WATCH_MS);
   }
 
   turnTo(one) { this.current = one; this.chosen.clear(); this.sliders?.fill(); if (this.timeline) this.timeline.ranked = null; this.show(); }

@@ -1,8 +1,10 @@
 """Files of all kinds, opened for the page."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
+from ..clip import Markers
 from ..errors import BadInput
 from ..files import existing
 from ..io import usd
@@ -40,6 +42,17 @@ def gather(files: Sequence[Path], units: str | None = None) -> tuple[list[Shown]
             unit_mm = 1.0 if units is None or suffix in GLTF else parse_unit(units)
             shown.append(Shown(file.name, open_face(file, units), file, unit_mm))
     return shown, films
+
+
+def reopened(shown: Shown) -> Shown:
+    """The same thing as its file has it now.
+
+    Raises:
+        BadInput: what its reader raises.
+    """
+    if shown.path is None or isinstance(shown.thing, Markers):
+        return shown
+    return replace(shown, thing=open_face(shown.path, f"{shown.unit_mm:g}" if shown.unit_mm != 1.0 else None))
 
 
 def open_face(file: Path, units: str | None = None) -> Performance | Rig | Scan:

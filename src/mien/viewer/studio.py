@@ -1,15 +1,19 @@
 """What the page talks to: the scene, its files, and what is corrected there."""
 
+import contextlib
 import threading
 from collections.abc import Sequence
 from pathlib import Path
 
 from ..clip import Markers
+from ..errors import BadInput
 from ..mesh import Scan
 from ..rig import Performance
 from .clicked_pairs import ClickedPairs, ViewedScan
 from .corrections import Corrections
+from .film_out import FilmOut
 from .live_feed import LiveFeed
+from .open_files import reopened
 from .server import MIMES, Answer, PageServer, Routes, open_server
 from .studio_scene import Film, Shown, pack_scene
 
@@ -22,14 +26,25 @@ class Studio:
         self._live = live
         self.shown, self.films = tuple(shown), tuple(films)
         self._packed: bytes | None = None
+        self._stamp = self.stamp()
         self._lock = threading.Lock()
 
     def scene(self) -> bytes:
-        """The scene file, packed once."""
+        """The scene file, packed once; and again where a file was written anew, if it can be read."""
         with self._lock:
+            stamp = self.stamp()
+            if stamp != self._stamp:
+                self._stamp = stamp
+                with contextlib.suppress(BadInput, OSError):
+                    self._packed = pack_scene([reopened(one) for one in self.shown], self.films, self._live is not None)
             if self._packed is None:
                 self._packed = pack_scene(self.shown, self.films, self._live is not None)
             return self._packed
+
+    def stamp(self) -> str:
+        """When the files were last written."""
+        paths = [one.path for one in self.shown if one.path is not None]
+        return " ".join(str(path.stat().st_mtime_ns) if path.exists() else "away" for path in paths)
 
     def routes(self) -> Routes:
         """What the page can ask for."""
@@ -39,6 +54,11 @@ class Studio:
         routes.post["/edits"] = corrections.save
         if self._live is not None:
             self._live.add_routes(routes)
+        routes.get["/stamp"] = lambda _: Answer(self.stamp().encode(), "text/plain")
+        beside = next((one.path for one in self.shown if one.path is not None), None)
+        if beside is not None:
+            film = FilmOut(beside)
+            routes.post |= {"/film": film.add, "/film-done": film.finish}
         scans = self._scans()
         if len(scans) > 1:
             pairs = ClickedPairs(scans)
