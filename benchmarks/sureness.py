@@ -1,21 +1,29 @@
 """Do the figures that a solve prints know its true error? Rank correlations over many staged takes.
 
-    python benchmarks/sureness.py [--takes 20] [--markers 100 60 30] [--seconds 8] [--json out.json]
+    python benchmarks/sureness.py [--takes 20] [--markers 100 60 30] [--seconds 8]
+        [--elsewhere FOLDER] [--json out.json]
 
 Performers of both kinds (reporting seeds, in turn: moved by muscles, by the bundled shapes bent) with the faults of
 uncleaned takes, the numbers of markers in turn. Every number that the result carries is tried; 1 or -1 would know the
-order of the takes exactly, and 0.7 is wanted of one of them.
+order of the takes exactly, and 0.7 is wanted of one of them. Takes of people from another face model, where they lie in
+`shared/strangers` beside the project or where `--elsewhere` says, count too, scored by their own script.
 """
 
 import argparse
 import json
+import subprocess
+import sys
+import tempfile
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 
 import numpy as np
+from strangers import default_takes
 
 from mien.errors import BadInput
 from mien.faces import load_face
+from mien.io.gltf import write_performance
+from mien.io.markers import read_markers
 from mien.markers.pipeline import solve_take
 from mien.stage import (
     STRANGER,
@@ -36,6 +44,9 @@ KINDS = (STRANGER, PerformerConfig())
 """In turn: moved by muscles of their own, or by the bundled shapes bent."""
 FAULTS = (MocapConfig(), MocapConfig(jitter=0.3, lost=1), MocapConfig(dropouts=0.05, swaps=1, ghosts=2))
 """In turn: a clean take, a noisy one, one with wrong labels."""
+
+ELSEWHERE = ("markers100", "markers30")
+"""Marker takes of people from another face model."""
 
 
 def figures(solved: object) -> dict[str, float]:
@@ -66,15 +77,32 @@ def one(seed: int, markers: int, config: MocapConfig, seconds: float) -> dict[st
     return figures(solved) | true
 
 
+def from_elsewhere(folder: Path) -> dict[str, float]:
+    """A take of a person from another face model: expression from each face's own neutral, as on the stage."""
+    solved = solve_take(read_markers(folder / "take.c3d"), load_face())
+    with tempfile.TemporaryDirectory() as scratch:
+        played, report = Path(scratch) / "played.glb", Path(scratch) / "score.json"
+        write_performance(played, solved.performance)
+        script = (sys.executable, "score.py", played, folder / "truth.npz", "--json", report)
+        subprocess.run([str(word) for word in script], cwd=folder.parent, check=True, capture_output=True)
+        face = json.loads(report.read_text())["table"]["open"]
+    ratio = face["own"] / 100
+    true = {"true_mm": float("nan"), "true_expression_mm": ratio * face["moved_mm"], "true_ratio": ratio}
+    return figures(solved) | true
+
+
 def main() -> None:
     """Run, print the correlations, write JSON."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--takes", type=int, default=len(MANY_REPORTING_SEEDS))
     parser.add_argument("--markers", type=int, nargs="+", default=[100, 60, 30])
     parser.add_argument("--seconds", type=float, default=8.0)
+    parser.add_argument("--elsewhere", type=Path, default=default_takes())
     parser.add_argument("--json", type=Path)
     options = parser.parse_args()
-    rows = []
+    folders = [options.elsewhere / name for name in ELSEWHERE] if options.elsewhere else []
+    rows = [from_elsewhere(folder) for folder in folders if folder.is_dir()]
+    print(f"{len(rows)} takes of people from another face model")
     for i, seed in enumerate(MANY_REPORTING_SEEDS[: options.takes]):
         markers = options.markers[i % len(options.markers)]
         try:
