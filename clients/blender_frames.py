@@ -57,7 +57,7 @@ np.savez(
 
 middle = found[-1][0].mean(axis=0)
 camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
-camera.location = (middle[0], middle[1] - 0.8, middle[2])
+camera.location = (middle[0], middle[1] - 0.65, middle[2])
 camera.rotation_euler = (np.pi / 2, 0, 0)
 light = bpy.data.objects.new("light", bpy.data.lights.new("light", "SUN"))
 light.data.energy = 3
@@ -65,9 +65,11 @@ light.rotation_euler = (0.8, 0.3, 0)
 for thing in (camera, light):
     scene.collection.objects.link(thing)
 scene.camera = camera
+scene.world = bpy.data.worlds.new("grey")
+scene.world.color = (0.2, 0.22, 0.25)
 scene.render.engine = "CYCLES"
-scene.cycles.samples = 4
+scene.cycles.samples = 16
 scene.cycles.use_denoising = False
-scene.render.resolution_x = scene.render.resolution_y = 256
+scene.render.resolution_x = scene.render.resolution_y = 384
 scene.render.filepath = picture
 bpy.ops.render.render(write_still=True)

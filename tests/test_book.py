@@ -19,7 +19,9 @@ def test_a_page_a_verb_and_an_example(book):
     for verb in PIPELINE:
         page = (book / "verbs" / f"{verb}.md").read_text()
         assert page.count(f"mien {verb}") >= 3
-    assert "Settings of the solvers" in (book / "verbs" / "solve.md").read_text()
+    solve = (book / "verbs" / "solve.md").read_text()
+    assert "Settings of the solvers" in solve
+    assert "| `TAKE` | The marker take. |" in solve
     for path in (ROOT / "examples").glob("*.py"):
         assert "```python" in (book / "examples" / f"{path.stem}.md").read_text()
 

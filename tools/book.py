@@ -21,6 +21,7 @@ ROOT = Path(__file__).resolve().parent.parent
 GALLERY = {
     "preview.png": ("A marker take, solved", "make demo"),
     "scans.png": ("Scans with their markers, registered, and how far the result is from the scan", "mien demo scans"),
+    "blender.png": ("A performance in Blender 5, rendered by Cycles", "make test-clients"),
     "rgbd.png": ("Colour, depth and the tracked face at moments of a film", "mien demo rgbd"),
 }
 """Pictures of docs/pictures: what they show, and the command that makes them."""
@@ -94,11 +95,12 @@ class Flag:
 
 def flags_of(verb: str) -> Iterator[Flag]:
     """All that a verb takes."""
-    for argument in app[verb].assemble_argument_collection():
+    for argument in app[verb].assemble_argument_collection(parse_docstring=True):
         field = argument.field_info
         default = "" if field.default in (field.empty, None) else str(field.default)
         told = (argument.parameter.help or "").replace("|", "\\|").replace("\n", " ")
-        names = ", ".join(f"`{name}`" for name in argument.names)
+        positional = field.kind is not field.KEYWORD_ONLY
+        names = f"`{field.name.upper()}`" if positional else ", ".join(f"`{name}`" for name in argument.names)
         yield Flag(names, told, default, is_internal(field.name))
 
 
