@@ -55,6 +55,25 @@ def test_what_is_no_rig_is_told(tmp_path):
     assert "blend shape smile has offsets for other vertices" in refusal(usd.read_rig, tmp_path / "c.usda")
 
 
+@pytest.mark.parametrize("suffix", [".usdc", ".usda", ".usdz"])
+def test_damage_is_told_or_harmless(tmp_path, suffix):
+    path = tmp_path / f"a{suffix}"
+    usd.write_performance(path, performance())
+    data = path.read_bytes()
+    rng = np.random.default_rng(0)
+    told = []
+    for _ in range(12):
+        damaged = np.frombuffer(data, np.uint8).copy()
+        damaged[rng.integers(0, len(data), 6)] = rng.integers(0, 256, 6)
+        path.write_bytes(damaged[: rng.integers(len(data) // 4, len(data) + 1)].tobytes())
+        try:
+            usd.read_face(path)
+        except BadInput as error:
+            told.append(str(error))
+    assert told
+    assert not any("\n" in line for line in told)
+
+
 def test_a_missing_extra_is_told(monkeypatch):
     there = builtins.__import__
 

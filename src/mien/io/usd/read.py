@@ -20,6 +20,17 @@ from .material import read_texture, srgb_colors
 from .motion import FaceMotion, matrix, read_motion, weight_attribute
 
 _MM_IN_METRE = 1000.0
+_DAMAGE = (
+    Tf.ErrorException,
+    LookupError,
+    ValueError,
+    ArithmeticError,
+    AttributeError,
+    TypeError,
+    RuntimeError,
+    MemoryError,
+)
+"""What USD and numpy raise on a broken file."""
 _LONGEST_FAULT = 120
 """Characters of USD's own words in a message."""
 
@@ -49,6 +60,8 @@ class OpenFace:
             rig = self._rig()
             motion = read_motion(self.path, self.stage, self.mesh, self._to_mm())
             weights = _in_order(self.path, motion, self._tokens())
+        if not np.isfinite(weights).all():
+            raise BadInput(f"{self.path}: holds weights that are not finite; export it again")
         rig, weights = joined(rig, weights)
         tracked = np.ones(len(weights), bool)
         tracked[[frame for frame in motion.untracked if 0 <= frame < len(weights)]] = False
@@ -120,18 +133,23 @@ def told(path: Path) -> Iterator[None]:
     """Turn what goes wrong in a broken file into one BadInput line, and keep USD's own warnings to itself."""
     quiet = UsdUtils.CoalescingDiagnosticDelegate()
     try:
-        yield
+        with np.errstate(all="ignore"):
+            yield
     except BadInput:
         raise
-    except (Tf.ErrorException, LookupError, ValueError, ArithmeticError, AttributeError, TypeError) as error:
-        what = _first_fault(str(error))
+    except _DAMAGE as error:
+        what = _first_fault(error)
         raise BadInput(f"{path}: is damaged or no valid USD ({what}); export it again") from error
     finally:
-        quiet.TakeUncoalescedDiagnostics()
+        del quiet
 
 
-def _first_fault(message: str) -> str:
-    """What USD's message quotes first, without the places in USD's own code."""
+def _first_fault(error: Exception) -> str:
+    """What USD's message quotes first, without the places in USD's own code; it may quote bytes that are no text."""
+    try:
+        message = str(error)
+    except UnicodeDecodeError:
+        return "bytes that are no text"
     quoted = re.search(r": '(?:[^']*?\.usd\w?:)?([^']*)'", message)
     return " ".join((quoted.group(1) if quoted else message).split())[:_LONGEST_FAULT]
 
