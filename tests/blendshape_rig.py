@@ -6,7 +6,7 @@ from unittest.mock import patch
 import numpy as np
 
 from blendshape_faces import face_landmarks, face_map
-from mien.blendshapes import expression
+from mien.blendshapes import corrections
 from mien.blendshapes.captures import Capture
 from mien.blendshapes.correspond.dense import WarpConfig
 from mien.blendshapes.correspond.landmarks import MapLandmarks
@@ -32,5 +32,5 @@ def built_rig() -> BuiltRig:
     """All 52 shapes from two captures; a third, `blind`, cannot be used."""
     captures = [Capture(face_map(name, **weights), "") for name, weights in SEEN.items()]
     captures.append(Capture(face_map("blind"), ""))
-    with patch.object(expression, "landmarks_on_map", true_landmarks):
+    with patch.object(corrections, "landmarks_on_map", true_landmarks):
         return build_rig(captures, "neutral", load_face(), True, QUICK)

@@ -3,7 +3,11 @@
 import numpy as np
 import pytest
 
+from blendshape_faces import LAYOUT, face_map
 from blendshape_rig import SMILE, built_rig
+from mien.blendshapes import pipeline
+from mien.blendshapes.captures import Capture
+from mien.blendshapes.corrections import Correction
 from mien.faces import ARKIT_NAMES, load_face
 
 
@@ -35,3 +39,28 @@ def test_textures_go_with_the_shapes(built):
     assert np.median(drift) < 8
     grin = textured.mixes[1]
     assert min(grin[textured.rig.index(name)] for name in SMILE) > 0.3
+
+
+def test_corrections_by_hand_go_to_their_captures_and_a_bad_one_leaves_its_own_out(monkeypatch):
+    seen = {}
+
+    def noted(made):
+        def step(map_, *rest):
+            seen[map_.name] = (map_.known.sum(), rest[-1])
+            return made
+
+        return step
+
+    monkeypatch.setattr(pipeline, "neutral_face", noted(built_rig().neutral))
+    monkeypatch.setattr(pipeline, "build_shape", noted(built_rig().shapes[0]))
+    textured = built_rig().textured
+    monkeypatch.setattr(pipeline, "with_masks", lambda *_: textured)
+    captures = [Capture(face_map(name), "") for name in ("neutral", "jawOpen", "grin", "frown")]
+    painted = np.zeros(LAYOUT.shape, bool)
+    painted[100:110, 150:170] = True
+    moved = Correction({61: (150.0, 200.0)})
+    by_hand = {"jawOpen": moved, "neutral": Correction(painted=painted), "frown": Correction(painted=painted[:5])}
+    made = pipeline.build_rig(captures, "neutral", load_face(), corrections=by_hand)
+    assert seen["jawOpen"][1] is moved
+    assert seen["neutral"][0] < seen["grin"][0]
+    assert [line for line in made.left_out if "mask of frown" in line]

@@ -12,8 +12,9 @@ from .align import HeadAlignConfig, align, stabilised
 from .build.arkit import CompleteConfig, transferred
 from .build.artist_mesh import ArtistMesh, bundled_mesh, complete, look_up
 from .build.texture import TexelGrid, expression_texture, neutral_texture, texel_grid
+from .corrections import NOTHING, Correction, landmarks_by_hand
 from .correspond.dense import SkinWarp, WarpConfig, warp
-from .correspond.landmarks import MapLandmarks, along_contours, landmarks_on_map
+from .correspond.landmarks import MapLandmarks, along_contours
 from .correspond.model_motion import mix_of, motion_image
 from .cylinder_map import CylinderMap
 
@@ -67,22 +68,31 @@ class BuiltShape:
     """Of the forehead after ICP, mm."""
 
 
-def neutral_face(map_: CylinderMap, face: BundledFace, config: RigConfig) -> NeutralFace:
+def neutral_face(
+    map_: CylinderMap, face: BundledFace, config: RigConfig, by_hand: Correction = NOTHING
+) -> NeutralFace:
     """Landmarks, artist mesh and base texture of the neutral (sec. 4.2 and 5.1)."""
-    landmarks = landmarks_on_map(map_)
+    landmarks = landmarks_by_hand(map_, by_hand)
     artist = bundled_mesh(map_, landmarks, face)
     units = transferred(face, artist.mesh)
     grid = texel_grid(artist.mesh, artist.shown, map_, config.texture)
     return NeutralFace(map_, landmarks, artist, units, grid, neutral_texture(grid, map_))
 
 
-def build_shape(map_: CylinderMap, neutral: NeutralFace, face: BundledFace, config: RigConfig) -> BuiltShape:
+def build_shape(
+    map_: CylinderMap,
+    neutral: NeutralFace,
+    face: BundledFace,
+    config: RigConfig,
+    by_hand: Correction = NOTHING,
+) -> BuiltShape:
     """One capture: aligned by the forehead, warped to the neutral, looked up on the artist mesh (sec. 3 to 5.1).
 
     Raises:
         BadInput: no face, no forehead, or too few landmarks.
     """
-    aligned = align(map_, landmarks_on_map(map_), neutral.map, neutral.landmarks, config.align)
+    landmarks = landmarks_by_hand(map_, by_hand)
+    aligned = align(map_, landmarks, neutral.map, neutral.landmarks, config.align)
     artist, expected = neutral.artist, None
     if config.model:
         mix = mix_of(neutral.units, artist.mesh, aligned.landmarks, neutral.landmarks)

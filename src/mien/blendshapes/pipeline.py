@@ -1,7 +1,8 @@
 """Captures to a rig whose textures blend with its shapes (Casas et al. 2016, fig. 2)."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 from ..errors import BadInput
 from ..faces.bundled import BundledFace
@@ -10,6 +11,7 @@ from ..progress import SILENT, Progress
 from .assemble import completed, with_masks
 from .build.masks import TexturedRig
 from .captures import Capture
+from .corrections import NOTHING, Correction, without_painted
 from .expression import BuiltShape, NeutralFace, RigConfig, build_shape, neutral_face
 
 
@@ -34,21 +36,28 @@ def build_rig(
     arkit: bool = False,
     config: RigConfig = RigConfig(),
     progress: Progress = SILENT,
+    corrections: Mapping[str, Correction] = MappingProxyType({}),
 ) -> BuiltRig:
     """The neutral on the artist mesh, then every expression on it, then masks; `arkit` completes the 52.
+
+    corrections: by the captures' names, what is said by hand.
 
     Raises:
         BadInput: the neutral cannot be used, or no capture bears its name. Another that cannot be used is left out.
     """
     named = {capture.name: capture.map for capture in captures}
     progress.update("the neutral face", 0, 1)
-    calm = neutral_face(named.pop(neutral), face, config)
+    by_hand = corrections.get(neutral, NOTHING)
+    rest = without_painted(named.pop(neutral), by_hand)
+    calm = neutral_face(rest, face, config, by_hand)
     progress.update("the neutral face", 1, 1)
     shapes, left_out = [], []
-    for done, map_ in enumerate(named.values()):
+    for done, (name, map_) in enumerate(named.items()):
         progress.update("expressions", done, len(named))
+        by_hand = corrections.get(name, NOTHING)
         try:
-            shapes.append(build_shape(map_, calm, face, config))
+            painted = without_painted(map_, by_hand)
+            shapes.append(build_shape(painted, calm, face, config, by_hand))
         except BadInput as error:
             left_out.append(f"left out: {error}")
     progress.update("expressions", len(named), len(named))

@@ -7,6 +7,7 @@ from cyclopts import Parameter
 
 from ..blendshapes.build.rig_files import write_textured_rig
 from ..blendshapes.captures import find_captures, neutral_of
+from ..blendshapes.corrections import check_names, read_corrections
 from ..blendshapes.expression import RigConfig
 from ..blendshapes.kept_captures import read_captures
 from ..blendshapes.pipeline import build_rig
@@ -27,6 +28,7 @@ def rig(
     neutral: str | None = None,
     depth_scale: float | None = None,
     unit: str | None = None,
+    corrections: Path | None = None,
     config: Annotated[RigConfig, Parameter(name="*")] = RigConfig(),
     scan: Annotated[FusionConfig, Parameter(name="*")] = FusionConfig(),
 ) -> None:
@@ -50,11 +52,15 @@ def rig(
         Units a metre in the depth images of folders, instead of what their take.json says.
     unit
         Of meshes, where the face's size does not tell: mm, cm, m, in.
+    corrections
+        Landmarks added, moved or dropped and regions painted out by hand (.json; see docs/conventions.md).
     """
-    check_outputs({"a rig": output}, inputs=[captures])
+    check_outputs({"a rig": output}, inputs=[captures, corrections])
+    by_hand = {} if corrections is None else read_corrections(corrections)
     paths = find_captures(captures)
     names = [path.stem for path in paths]
     calm = neutral_of(names, neutral)
+    check_names(by_hand, names)
     work = output.with_suffix(".work")
     require_landmarker()
     with bar() as progress:
@@ -68,7 +74,7 @@ def rig(
             progress=progress,
         )
         face = load_face()
-        built = build_rig(read, calm, face, arkit, config, progress)
+        built = build_rig(read, calm, face, arkit, config, progress, by_hand)
     write_textured_rig(output, built.textured)
     for line in [*lost, *built.left_out]:
         print(line)
