@@ -22,11 +22,11 @@ import numpy as np
 
 from mien.depth import RGBDFrame
 from mien.faces.bundled import load_face
-from mien.io.rgbd import RgbdTake
 from mien.landmarks.detector import FaceLandmarker, Landmarks2D
 from mien.landmarks.on_rig import LIDS, LIPS, bundled_map
 from mien.landmarks.stream import with_landmarks
 from mien.mesh import ClosestPoint, Mesh, submesh
+from mien.rgbd import RgbdTake
 from mien.stage import FilmConfig, HeadMotion, film, make_performer, random_performance, score_vertices, scripted
 from mien.stage.people.performer import Performer
 from mien.stage.seeds import REPORTING_SEEDS

@@ -9,7 +9,7 @@ from mien.cli.main import main
 from mien.cli.personalize import beside
 from mien.experiments.tracking_ablation import Remembered
 from mien.io.gltf import write_rig
-from mien.io.rgbd import write_rgbd
+from mien.rgbd import write_rgbd
 from mien.tracking.pipeline import track_take
 
 FRAMES = 12

@@ -5,7 +5,7 @@ import pytest
 
 from mien.camera import Camera
 from mien.depth import RGBDFrame
-from mien.io.rgbd import RgbdTake
+from mien.rgbd import RgbdTake
 
 CAMERA = Camera(60.0, 61.0, 23.5, 15.5, 48, 32)
 

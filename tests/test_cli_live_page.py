@@ -6,7 +6,7 @@ from mien.camera import Camera
 from mien.cli.live_page import LivePage
 from mien.depth import RGBDFrame
 from mien.faces import load_face
-from mien.io.rgbd import RgbdTake, read_rgbd
+from mien.rgbd import RgbdTake, read_rgbd
 
 
 def test_a_recording_is_a_take_that_is_read_again(tmp_path, monkeypatch, capsys):

@@ -9,9 +9,9 @@ ROOT = Path(mien.__file__).parent
 
 FLOORS = [
     {"_kernels", "errors", "files", "one_line", "progress", "step_cache"},
-    {"transforms", "mesh", "camera"},
+    {"transforms", "mesh", "camera", "text"},
     {"clip", "depth", "solve", "flow"},
-    {"register", "rig"},
+    {"register", "rig", "rgbd", "units"},
     {"io", "pictures"},
     {"faces", "stream"},
     {"landmarks", "image_space", "takes"},

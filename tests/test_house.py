@@ -16,7 +16,7 @@ MOST = {
     "files > 300 lines": 0,
     "expression nodes a line, pipelines, drivers and cli": 0,
     "modules a folder": 0,
-    "largest room": 1,
+    "largest room": 0,
     "circles of imports": 0,
     "modules without a test file of their name": 0,
     "public names with words of several meanings": 0,

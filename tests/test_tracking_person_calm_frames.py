@@ -8,9 +8,9 @@ import pytest
 from mien.camera import Camera
 from mien.depth import RGBDFrame
 from mien.errors import BadInput
-from mien.io.rgbd import RgbdTake
 from mien.landmarks.detector import COUNT, Landmarks2D
 from mien.progress import SILENT
+from mien.rgbd import RgbdTake
 from mien.tracking.detect import WrongScale
 from mien.tracking.person.calm_frames import calm_frames, judged, resting_frames, telling_scores, with_scale
 

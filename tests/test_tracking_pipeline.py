@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import tracking_stage as stage
-from mien.io.rgbd import read_rgbd
-from mien.io.rgbd.live import Replay, live_frames
+from mien.rgbd import read_rgbd
+from mien.rgbd.live import Replay, live_frames
 from mien.tracking.pipeline import TrackTakeConfig, track_take
 from mien.tracking.terms.fit_config import BlendshapeFitConfig
 from rgbd_study import FRAMES, played, track_shell

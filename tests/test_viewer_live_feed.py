@@ -6,7 +6,7 @@ import pytest
 
 from mien.camera import Camera
 from mien.depth import RGBDFrame
-from mien.io.rgbd import RgbdTake
+from mien.rgbd import RgbdTake
 from mien.transforms import Transform
 from mien.viewer.live_feed import LiveFeed, small_jpeg
 

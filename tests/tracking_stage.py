@@ -11,10 +11,10 @@ import numpy as np
 from mien.camera import Camera
 from mien.depth import RGBDFrame
 from mien.faces.bundled import load_face
-from mien.io.rgbd import RgbdTake
 from mien.landmarks.detector import COUNT, Landmarks2D
 from mien.landmarks.on_rig import LandmarkMap, bundled_map
 from mien.pictures.raycast import depth_image
+from mien.rgbd import RgbdTake
 from mien.rig import Rig
 from mien.tracking.model import TrackingModel, tracking_model
 from mien.tracking.preprocess_frame import PreprocessFrameConfig, preprocess_frame

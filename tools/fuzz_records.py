@@ -10,10 +10,10 @@ from fuzz_seeds import LABELS, Reader, fresh, rig, surface
 from mien.image_space.constraints import read_constraints
 from mien.io.exr import read_exr, write_exr
 from mien.io.meshes import write_mesh
-from mien.io.rgbd import read_rgbd
 from mien.landmarks.detector import COUNT
 from mien.landmarks.on_rig import LandmarkMap
 from mien.markers.attachment_file import read_attachment
+from mien.rgbd import read_rgbd
 from mien.scans.scan_files import match_scans
 from mien.scans.scan_rig import read_scan_rig
 from mien.scans.select.take_selection import read_selection

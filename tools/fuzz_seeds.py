@@ -17,9 +17,9 @@ from mien.io.gltf import read_performance, read_rig, write_performance, write_ri
 from mien.io.livelink import read_live_link, write_live_link
 from mien.io.markers import read_marker_file, write_c3d
 from mien.io.meshes import read_scan, write_mesh
-from mien.io.rgbd import read_rgbd, write_intrinsics
 from mien.io.rigs import read_any_rig
 from mien.mesh import Mesh
+from mien.rgbd import read_rgbd, write_intrinsics
 from mien.rig import Performance, Rig
 from mien.transforms import Transform
 

@@ -25,8 +25,6 @@ if TYPE_CHECKING:  # what editors see
     from .io.meshes import write_mesh as write_mesh
     from .io.performances import read_any_performance as read_performance
     from .io.performances import write_any_performance as write_performance
-    from .io.rgbd import read_rgbd as read_rgbd
-    from .io.rgbd import write_rgbd as write_rgbd
     from .io.rigs import read_any_rig as read_rig
     from .io.rigs import write_any_rig as write_rig
     from .markers.pipeline import solve_take as solve_markers
@@ -34,6 +32,8 @@ if TYPE_CHECKING:  # what editors see
     from .mesh import Mesh as Mesh
     from .mesh import Scan as Scan
     from .pictures.notebook import show as show
+    from .rgbd import read_rgbd as read_rgbd
+    from .rgbd import write_rgbd as write_rgbd
     from .rig import Performance as Performance
     from .rig import Rig as Rig
     from .rig.retarget import retarget as retarget
@@ -63,7 +63,7 @@ _PLACES = {
     "read_live_link": "io.livelink",
     "read_markers": "io.markers",
     "read_performance": "io.performances:read_any_performance",
-    "read_rgbd": "io.rgbd",
+    "read_rgbd": "rgbd",
     "read_rig": "io.rigs:read_any_rig",
     "read_scan": "io.meshes",
     "read_scans": "scans.scan_files",
@@ -80,7 +80,7 @@ _PLACES = {
     "write_live_link": "io.livelink",
     "write_mesh": "io.meshes",
     "write_performance": "io.performances:write_any_performance",
-    "write_rgbd": "io.rgbd",
+    "write_rgbd": "rgbd",
     "write_rig": "io.rigs:write_any_rig",
 }
 """Public name -> its module, and after a colon its name there where that is another."""

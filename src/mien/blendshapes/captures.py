@@ -15,13 +15,13 @@ from ..files import existing
 from ..io.meshes import SUFFIXES as MESHES
 from ..io.meshes import read_scan
 from ..io.meshes.images import read_image
-from ..io.rgbd import read_rgbd
 from ..landmarks.detector import GROUPS
 from ..landmarks.lift import lift_landmarks
 from ..landmarks.stream import Landmarker
 from ..mesh import Mesh, Scan
 from ..mesh.scan_color import vertex_colours
 from ..progress import SILENT, Progress
+from ..rgbd import read_rgbd
 from .cylinder_map import CylinderLayout, CylinderMap, map_of_scan
 from .map_file import read_map
 from .scan.pipeline import FusionConfig, scan_take

@@ -35,8 +35,8 @@ def _read(path: Path, kind: Kind) -> Any:
     from ..io.markers import read_markers
     from ..io.meshes import read_scan
     from ..io.performances import read_any_performance
-    from ..io.rgbd import read_rgbd
     from ..io.rigs import read_any_rig
+    from ..rgbd import read_rgbd
     from ..stream.receive import RECORDING, read_recording, take_of
 
     if kind is LIVE_LINK:

@@ -15,10 +15,10 @@ def demo_rgbd(folder: Path, seed: int, seconds: float, figures: bool) -> None:
     """Leaves take/, rig.glb, perf.glb, preview.png and report.html in `folder`."""
     from ..experiments.tracking_ablation import Remembered, compare, left_out
     from ..io.gltf import write_performance, write_rig
-    from ..io.rgbd import read_rgbd, write_rgbd
     from ..pictures import write_png
     from ..reports.tracking import preview, take_report, weights_section
     from ..reports.verdict import truth_verdict
+    from ..rgbd import read_rgbd, write_rgbd
     from ..stage import score_performance
     from ..tracking.model import tracking_model
     from ..tracking.person.personalize import personalize

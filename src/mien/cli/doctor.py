@@ -14,7 +14,7 @@ from cyclopts import Parameter
 
 from .. import __version__
 from ..errors import BadInput
-from ..io.rgbd import RgbdTake
+from ..rgbd import RgbdTake
 from ..rig import Rig
 from .options import verb
 
@@ -152,9 +152,9 @@ def seconds_each(results: Iterator) -> float:
 def still_take(rig: Rig) -> RgbdTake:
     """A film of one picture of the face, endless."""
     from ..depth import RGBDFrame
-    from ..io.rgbd.intrinsics import assumed_camera
     from ..mesh import Scan
     from ..pictures.show import Shot, scan_picture
+    from ..rgbd.intrinsics import assumed_camera
 
     scan = Scan(rig.neutral, rig.texture)
     shot = Shot(size=_SIDE)

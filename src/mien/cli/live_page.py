@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from ..depth import RGBDFrame
-from ..io.rgbd import RgbdTake, write_rgbd
+from ..rgbd import RgbdTake, write_rgbd
 from ..rig import Rig
 from ..tracking.pipeline import T_WORLD_CAMERA, TrackResult
 from ..viewer.live_feed import LiveFeed

@@ -7,9 +7,9 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from ..io.meshes import write_mesh
-from ..io.rgbd import RgbdTake
 from ..io.rigs import write_any_rig
 from ..landmarks.detector import require_landmarker
+from ..rgbd import RgbdTake
 from ..takes.told_frame import told_frame
 from ..tracking.person.personalize import PersonalizeConfig
 from ..tracking.person.personalize import personalize as make_rig

@@ -86,8 +86,8 @@ def studied(found: TakeSelection, progress):
 
 def draw_sheet(path: Path, video: Path, offset: float, found: TakeSelection, rate: float) -> None:
     """A contact sheet of the film at the chosen frames, in the order of choice."""
-    from ..io.image_sequence import read_stills
     from ..pictures import contact_sheet, write_png
+    from ..rgbd.image_sequence import read_stills
 
     frames = found.selection.frames.tolist()
     times = [offset + frame / rate for frame in frames]

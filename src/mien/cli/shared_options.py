@@ -4,7 +4,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..io.rgbd import RgbdTake, read_rgbd
+from ..rgbd import RgbdTake, read_rgbd
 from .options import refuse_unused
 from .outputs import beside
 

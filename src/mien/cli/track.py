@@ -8,9 +8,6 @@ from cyclopts import Parameter
 
 from ..errors import BadInput
 from ..io.edits_file import write_edited
-from ..io.rgbd import RgbdTake
-from ..io.rgbd.live import Replay, live_frames
-from ..io.rgbd.webcam import open_webcam
 from ..io.rigs import read_any_rig
 from ..landmarks.detector import require_landmarker
 from ..landmarks.on_rig import LandmarkMap, landmarks_of
@@ -18,6 +15,9 @@ from ..pictures import write_png
 from ..progress import Progress
 from ..reports.markers import telling_frames
 from ..reports.tracking import preview, take_report, weights_section
+from ..rgbd import RgbdTake
+from ..rgbd.live import Replay, live_frames
+from ..rgbd.webcam import open_webcam
 from ..rig import Rig
 from ..tracking.pipeline import Tracked, TrackTakeConfig, check_shapes, track_take
 from ..viewer.moving_page import moving_page

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float, Float32
 
-from ..io.rgbd import RgbdTake
 from ..landmarks.detector import FaceLandmarker, Landmarks2D
 from ..landmarks.stream import Landmarker, with_landmarks
 from ..progress import SILENT, Progress
+from ..rgbd import RgbdTake
 from ..tracking.adaptive import Subspace
 from ..tracking.model import TrackingModel
 from ..tracking.tracker import step_or_lose

@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from ..errors import BadInput
 from ..rig.shape_names import match_names
-from .decode_text import decode_text
+from ..text.decode_text import decode_text
 from .markers.tables.delimited_table import EMPTY, pad
 
 SHAPES = (

@@ -19,9 +19,9 @@ from ..files import existing, whole
 from ..mesh import Mesh
 from ..rig import Performance, Rig
 from ..rig.shape_names import NameMatch, match_names
+from ..text.time_codes import read_clock
 from ..transforms import Transform
 from .live_link_table import EYES, HEAD, NAMES, SHAPES, find_columns, in_radians, in_unit, numbers, read_table
-from .time_codes import read_clock
 
 EYE_RANGE = np.radians(35.0)
 """How far an eye turns when its eyeLook weight is 1."""

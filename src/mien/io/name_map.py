@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ..errors import BadInput
 from ..files import existing
-from .decode_text import decode_text
+from ..text.decode_text import decode_text
 
 
 def read_name_map(path: str | Path) -> dict[str, str]:

@@ -11,10 +11,10 @@ from ..errors import BadInput
 from ..files import existing
 from ..mesh import Scan
 from ..rig import Rig
+from ..units import UNITS
 from . import usd
 from .gltf import read_rig, write_rig
 from .meshes import read_scan
-from .units import UNITS
 
 SUFFIXES = (".obj", ".ply")
 GLTF = (".glb", ".gltf", ".vrm")

@@ -12,7 +12,7 @@ from scipy import ndimage
 from ..camera import Camera
 from ..errors import BadInput
 from ..files import existing, whole
-from ..io.rgbd.intrinsics import intrinsics_of, matrix_values
+from ..rgbd.intrinsics import intrinsics_of, matrix_values
 from ..transforms import Transform
 
 UNDISTORT_ROUNDS = 20

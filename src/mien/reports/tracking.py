@@ -8,11 +8,11 @@ from jaxtyping import Float, Float32, UInt8
 from PIL import Image
 
 from ..camera import Camera
-from ..io.rgbd import RgbdTake
 from ..pictures import Renderer, colors_of, contact_sheet, frontal_camera, hstack, label, line_chart, scale_bar
 from ..pictures.scale import PAPER
 from ..pictures.show import rig_look, side_by_side
 from ..progress import SILENT, Progress
+from ..rgbd import RgbdTake
 from ..rig import Performance, Rig
 from ..rig.retarget import CORRECTIVE
 from ..tracking.pipeline import T_WORLD_CAMERA, Tracked

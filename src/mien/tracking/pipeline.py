@@ -9,12 +9,12 @@ from jaxtyping import Float
 from ..depth import RGBDFrame
 from ..errors import BadInput
 from ..faces.arkit import ARKIT_NAMES
-from ..io.rgbd import RgbdTake
 from ..landmarks.detector import FaceLandmarker, Landmarks2D
 from ..landmarks.on_rig import LandmarkMap, landmarks_of
 from ..landmarks.stream import Landmarker, with_landmarks
 from ..one_line import one_line
 from ..progress import SILENT, Progress
+from ..rgbd import RgbdTake
 from ..rig import Performance, Rig
 from ..rig.facs import FACS23
 from ..transforms import Transform

@@ -13,7 +13,7 @@ from jaxtyping import Float, UInt8
 from PIL import Image
 
 from ..depth import RGBDFrame
-from ..io.rgbd import RgbdTake
+from ..rgbd import RgbdTake
 from ..transforms import Transform, quaternions_from_rotations
 from .server import Answer, Routes
 

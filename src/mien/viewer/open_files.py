@@ -14,9 +14,9 @@ from ..io.gltf.glb import open_glb
 from ..io.markers import read_markers
 from ..io.meshes import read_scan
 from ..io.rigs import read_any_rig
-from ..io.units import parse_unit
 from ..mesh import Scan
 from ..rig import Performance, Rig
+from ..units import parse_unit
 from .studio_scene import Film, Shown
 
 TAKES = (".c3d", ".trc", ".csv")

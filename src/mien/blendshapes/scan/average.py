@@ -4,8 +4,8 @@ import numpy as np
 
 from ...camera import Camera
 from ...errors import BadInput
-from ...io.rgbd import RgbdTake
 from ...mesh import ClosestPoint
+from ...rgbd import RgbdTake
 from ...transforms import Transform
 from ..cylinder_map import CylinderLayout, CylinderMap, mesh_of_map
 from .colour import ColourConfig, blend, chosen_frames, normals_of, photograph

@@ -9,7 +9,6 @@ from jaxtyping import Float, Float32
 from ...camera import Camera
 from ...depth import RGBDFrame, median, unproject, window_around
 from ...errors import BadInput
-from ...io.rgbd import RgbdTake
 from ...landmarks.detector import FaceLandmarker
 from ...landmarks.in_depth import lifted
 from ...landmarks.look import similarity_to_average
@@ -19,6 +18,7 @@ from ...progress import SILENT, Progress
 from ...register import procrustes
 from ...register.correspond import Rejection
 from ...register.rigid import IcpConfig, icp
+from ...rgbd import RgbdTake
 from ...transforms import Transform
 
 SIZES = (0.6, 1.6)

@@ -2,10 +2,10 @@
 
 from dataclasses import dataclass, field
 
-from ...io.rgbd import RgbdTake
 from ...landmarks.stream import Landmarker
 from ...one_line import count, one_line
 from ...progress import SILENT, Progress
+from ...rgbd import RgbdTake
 from ..cylinder_map import CylinderMap
 from .average import coloured, enough, fused, layouts, place_in_head, registered, starts_of
 from .colour import ColourConfig

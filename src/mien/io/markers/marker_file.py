@@ -8,7 +8,7 @@ from jaxtyping import Float
 
 from ...clip import Markers, visible
 from ...errors import BadInput
-from ..units import FACE_SPAN_MM, check_span, cloud_span, face_cluster, parse_unit, settle_unit
+from ...units import FACE_SPAN_MM, check_span, cloud_span, face_cluster, parse_unit, settle_unit
 from .marker_labels import (
     FEWEST_MARKERS,
     choose_labelled,

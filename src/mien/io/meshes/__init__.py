@@ -10,10 +10,10 @@ from jaxtyping import UInt8
 from ...errors import BadInput
 from ...files import existing
 from ...mesh import Mesh, Scan
+from ...units import parse_unit
 from ..gltf.glb import damage_told, open_glb
 from ..gltf.mesh import read_surface
 from ..gltf.scene import drawn_parts
-from ..units import parse_unit
 from .images import read_image
 from .obj import read_obj, write_obj
 from .ply import read_ply, write_ply

@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from ..decode_text import decode_text
+from ...text.decode_text import decode_text
 
 _PICTURE_KEYS = ("map_kd", "map_ka", "map_basecolor", "map_albedo")
 """What names the colour picture, the best first: exporters that light themselves write `map_Ka` alone."""

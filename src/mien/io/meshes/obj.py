@@ -9,8 +9,8 @@ from jaxtyping import Bool, Float, Int, UInt8
 from ...errors import BadInput
 from ...files import existing, whole
 from ...mesh import Mesh
-from ..decode_text import decode_bytes, is_wide_text
-from ..parse_numbers import SPACE, parse_floats, parse_integers, token_starts, tokens_by_line
+from ...text.decode_text import decode_bytes, is_wide_text
+from ...text.parse_numbers import SPACE, parse_floats, parse_integers, token_starts, tokens_by_line
 from .images import write_image
 from .materials import pictures_of
 from .polygons import fan

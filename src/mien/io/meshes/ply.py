@@ -10,7 +10,7 @@ from jaxtyping import Float, Int, UInt8
 from ...errors import BadInput
 from ...files import existing, whole
 from ...mesh import Mesh
-from ..parse_numbers import parse_floats
+from ...text.parse_numbers import parse_floats
 from .images import write_image
 from .materials import file_beside
 from .ply_header import PlyElement, PlyProperty, read_ply_header

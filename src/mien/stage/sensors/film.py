@@ -9,11 +9,11 @@ from jaxtyping import Bool, Float, UInt8
 from ...camera import Camera
 from ...depth import RGBDFrame
 from ...errors import BadInput
-from ...io.rgbd import RgbdTake
 from ...mesh import Mesh, face_normals
 from ...pictures.raycast import DepthImage, depth_image
 from ...pictures.render import Look, Renderer
 from ...pictures.show import side_by_side
+from ...rgbd import RgbdTake
 from ...transforms import Transform, rotation_from_vector, vector_from_rotation
 from ..people.performer import Performer
 from ..people.skin import Skin

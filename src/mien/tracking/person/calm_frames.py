@@ -9,10 +9,10 @@ from jaxtyping import Float
 
 from ...depth import RGBDFrame
 from ...errors import BadInput
-from ...io.rgbd import RgbdTake
 from ...landmarks.detector import Landmarks2D
 from ...landmarks.stream import Landmarker, with_landmarks
 from ...progress import Progress
+from ...rgbd import RgbdTake
 from ..detect import WrongScale, length
 
 PATIENCE = 30

@@ -11,7 +11,6 @@ from ...depth import RGBDFrame
 from ...errors import BadInput
 from ...faces.bundled import BundledFace, load_face
 from ...fitting.neutral import NeutralFitConfig, NeutralResult, fit_neutral
-from ...io.rgbd import RgbdTake
 from ...landmarks.detector import FaceLandmarker, Landmarks2D
 from ...landmarks.in_depth import lifted
 from ...landmarks.on_rig import (
@@ -28,6 +27,7 @@ from ...mesh import Mesh
 from ...one_line import count, one_line
 from ...pictures.raycast import depth_image
 from ...progress import SILENT, Progress
+from ...rgbd import RgbdTake
 from ...rig import Rig
 from ...rig.transfer import merged, transfer_rig
 from ...transforms import Transform

@@ -13,11 +13,11 @@ from scipy.spatial import KDTree
 from ...camera import Camera
 from ...depth import RGBDFrame
 from ...faces.bundled import BundledFace, load_face
-from ...io.rgbd import RgbdTake
 from ...landmarks.detector import FaceLandmarker, Landmarks2D, bundled_landmarks
 from ...landmarks.on_rig import LandmarkMap, bundled_map
 from ...landmarks.stream import Landmarker
 from ...progress import SILENT, Progress
+from ...rgbd import RgbdTake
 from ...rig import Rig
 from ...rig.transfer import merged, transfer_rig
 from ...transforms import Transform

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ....errors import BadInput
-from ...units import known_unit
+from ....units import known_unit
 from ..marker_file import RawTake
 from .frames import find_layout, read_frames
 from .parameters import C3dHeader, C3dParameters, read_header

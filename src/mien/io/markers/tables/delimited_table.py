@@ -9,8 +9,8 @@ import numpy as np
 from jaxtyping import Float
 
 from ....errors import BadInput
-from ...decode_text import decode_text
-from ...units import known_unit
+from ....text.decode_text import decode_text
+from ....units import known_unit
 
 _SPELLINGS = (
     "na n/a n.a. #n/a #na nan -nan nan(ind) -nan(ind) 1.#qnan -1.#qnan 1.#ind -1.#ind "

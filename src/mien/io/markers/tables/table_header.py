@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 from ....errors import BadInput
-from ...units import known_unit
+from ....units import known_unit
 from .delimited_table import HEADER_ROWS, DelimitedTable, is_number, pad
 
 FRAME = frozenset(

@@ -5,8 +5,8 @@ from itertools import pairwise
 from pathlib import Path
 
 from ....errors import BadInput
-from ...decode_text import decode_text
-from ...units import known_unit
+from ....text.decode_text import decode_text
+from ....units import known_unit
 from ..marker_file import RawTake
 from .delimited_table import DelimitedTable, is_number, pad, positive_number
 from .table_header import MarkerColumns

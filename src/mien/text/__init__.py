@@ -1,0 +1,1 @@
+"""Text as programs write it: encodings, numbers, time codes."""
