@@ -28,7 +28,7 @@ class LeftOutConfig:
     """Frames of the take that it is tried on; 0 leaves it undone."""
     rounds: int = 2
     """Gauss-Newton rounds of each solve."""
-    doubtful_share: float = 0.7
+    doubtful_share: float = 0.6
     """Markers that are told worse than to this share of their motion are a warning; staged takes come to 0.3 to 0.8."""
 
 
