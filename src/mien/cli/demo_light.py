@@ -22,14 +22,18 @@ def demo_light(folder: Path, seed: int, dots: int) -> None:
     plan = LightClipsConfig()
     plan = replace(plan, stage=replace(plan.stage, dots=dots))
     with bar() as progress:
-        skin = make_skin(make_performer(seed), SkinConfig(levels=LEVELS, eyes_and_teeth=False), seed)
+        look = SkinConfig(levels=LEVELS, eyes_and_teeth=False)
+        skin = make_skin(make_performer(seed), look, seed)
         truth = write_staged_takes(folder / "takes", skin, plan, seed, progress)
         takes, _ = read_clip_takes(folder / "takes")
         written = write_training_clips(folder / "clips", takes, progress=progress)
         whole, notes = read_training(folder / "clips")
-        training = replace(whole, clips=tuple(c for c in whole.clips if c.name not in plan.unseen))
-        unseen = replace(whole, clips=tuple(c for c in whole.clips if c.name in plan.unseen))
-        model = fit_detail(training, DetailConfig(medium_size=SIZE, fine_size=2 * SIZE), progress)
+        learnt = tuple(clip for clip in whole.clips if clip.name not in plan.unseen)
+        others = tuple(clip for clip in whole.clips if clip.name in plan.unseen)
+        training = replace(whole, clips=learnt)
+        unseen = replace(whole, clips=others)
+        sizes = DetailConfig(medium_size=SIZE, fine_size=2 * SIZE)
+        model = fit_detail(training, sizes, progress)
         write_detail(folder / "maps", model, half=True)
         errors = chain_errors(model, whole, truth, written.T_face_rig)
     report(folder, model, training, unseen, errors, (*written.notes, *notes))
@@ -47,18 +51,23 @@ def report(folder: Path, model, training, unseen, errors, notes: tuple[str, ...]
     from ..reports.page import Report
 
     ends = [last_frame(training, clip) for clip in training.clips]
-    scans = scan_sheet(training, [training.mesh.vertices, *(end.vertices for end in ends)])
+    shapes = [training.mesh.vertices, *(end.vertices for end in ends)]
+    scans = scan_sheet(training, shapes)
     names = [clip.name for clip in training.clips]
-    rows = {names[0]: (training, ends[0])}
-    rows |= {clip.name: (unseen, last_frame(unseen, clip, model.head)) for clip in unseen.clips}
+    first, *_ = names
+    rows = {first: (training, ends[0])}
+    for clip in unseen.clips:
+        end = last_frame(unseen, clip, model.head)
+        rows[clip.name] = (unseen, end)
     layers = layers_sheet(model, rows)
     write_png(folder / "scans.png", scans)
     write_png(folder / "layers.png", layers)
     page = Report("Active light", "From patterns and gradients of light to scans, maps and synthesis (Ma et al. 2008).")
     page.heading("Scans").figure(scans, f"Decoded, in one texture space: neutral, {', '.join(names)}.")
-    page.heading("How near to the skin").table(
-        [[name, e.scan, e.again, e.shell, e.full] for name, e in errors.items()], COLUMNS, CAPTION
-    )
+    table = []
+    for name, error in errors.items():
+        table.append([name, error.scan, error.again, error.shell, error.full])
+    page.heading("How near to the skin").table(table, COLUMNS, CAPTION)
     page.heading("From dots alone").figure(layers, "The last column is the decoded scan; the last row was not learnt.")
     page.text("\n\n".join(notes))
     page.write(folder / "report.html")
@@ -76,7 +85,11 @@ def scan_sheet(training, surfaces: list[np.ndarray]) -> np.ndarray:
     from ..experiments.detail_figures import shown_mesh
     from ..pictures import Renderer, contact_sheet, frontal_camera
 
-    view, pictures = frontal_camera(training.mesh, 300), []
+    view = frontal_camera(training.mesh, 300)
+    pictures = []
     for vertices in surfaces:
-        pictures.append(Renderer(shown_mesh(vertices, training.mesh.faces)).draw(*view))
-    return contact_sheet(pictures, ["neutral", *(clip.name for clip in training.clips)], columns=len(pictures))
+        shown = shown_mesh(vertices, training.mesh.faces)
+        picture = Renderer(shown).draw(*view)
+        pictures.append(picture)
+    captions = ["neutral", *(clip.name for clip in training.clips)]
+    return contact_sheet(pictures, captions, columns=len(pictures))

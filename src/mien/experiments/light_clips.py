@@ -37,7 +37,7 @@ class LightClipsConfig:
     """Captures of each clip, neutral to extreme."""
     unseen: tuple[str, ...] = ("asymmetric",)
     """Clips that nothing is learnt from."""
-    within: float = 0.15
+    capture_share: float = 0.15
     """How far a face goes within one capture, of the way to the next: the paper's rig takes 30 a second."""
     sway_mm: float = 0.3
     """How far the head goes in that time."""
@@ -53,7 +53,7 @@ def staged_captures(skin: Skin, name: str, count: int, config: LightClipsConfig,
     weights = (expression_clip if name in EXPRESSIONS else unseen_clip)(name, count, seed)
     ahead = np.concatenate([weights[1:], weights[-1:]])
     for number in range(count):
-        end = weights[number] + config.within * (ahead[number] - weights[number])
+        end = weights[number] + config.capture_share * (ahead[number] - weights[number])
         sway = config.sway_mm * np.array([1.0, 0.5, 0.3]) * np.cos(number)
         yield staged_capture(skin, weights[number], end, stage, move_mm=tuple(sway), seed=1000 * seed + number)
 

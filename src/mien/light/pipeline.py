@@ -71,7 +71,8 @@ def decode_capture(
     """
     sources = light_sources(images, patterns, rig, config)
     size = images[sources.view.name].shape[1:]
-    return light_scan(sources, config.fuse).in_whole_picture(sources.box, size)
+    scan = light_scan(sources, config.fuse)
+    return scan.in_whole_picture(sources.box, size)
 
 
 def light_sources(
@@ -96,7 +97,9 @@ def light_sources(
     steady = at_one_moment(first.images, flows[0], patterns, config.motion)
     light = gradient_normals(steady, patterns, rig.R_view_lamps(first.view))
     check_light(depth, light, first.view)
-    light = without_highlights(light, shape_normals(depth, first.view), pixel_rays(first.view.camera), config.gloss)
+    shape = shape_normals(depth, first.view)
+    rays = pixel_rays(first.view.camera)
+    light = without_highlights(light, shape, rays, config.gloss)
     return LightSources(first.view, first.box, depth, light, light.albedo)
 
 
