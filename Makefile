@@ -58,7 +58,7 @@ setup: $(STAMP) $(MODEL)
 house: $(STAMP)
 	$(BIN)/python tools/house.py
 
-# Switches every named step off, one by one, and lists what no test misses: an hour, or STEPS=tracking for a part.
+# Switches every named step off, one by one, and lists what no test misses: half an hour, or STEPS=tracking for a part.
 mutants: setup
 	$(BIN)/python tools/mutants.py $(STEPS)
 
