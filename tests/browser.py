@@ -28,6 +28,7 @@ def browser():
 def page_at(chromium, address, width=900, height=640):
     """The studio at an address, up; faults of its scripts fail the test."""
     page = chromium.new_page(viewport={"width": width, "height": height})
+    page.set_default_timeout(UP_MS)
     faults = []
     page.on("pageerror", lambda fault: faults.append(str(fault)))
     page.on("console", lambda line: faults.append(line.text) if line.type == "error" else None)

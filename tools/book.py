@@ -18,10 +18,14 @@ from mien.cli.main import PIPELINE, app
 from mien.cli.options import is_internal, show_internals
 
 ROOT = Path(__file__).resolve().parent.parent
+PAGE = "python tools/page_pictures.py docs/pictures"
 GALLERY = {
     "preview.png": ("A marker take, solved", "make demo"),
     "scans.png": ("Scans with their markers, registered, and how far the result is from the scan", "mien demo scans"),
     "blender.png": ("A performance in Blender 5, rendered by Cycles", "make test-clients"),
+    "studio.png": ("The page: a face, its sliders, its curves with corrections", PAGE),
+    "studio_compare.png": ("Two performances, coloured by how far apart they are", PAGE),
+    "studio_scans.png": ("A point that is the same on two scans", PAGE),
     "rgbd.png": ("Colour, depth and the tracked face at moments of a film", "mien demo rgbd"),
 }
 """Pictures of docs/pictures: what they show, and the command that makes them."""

@@ -87,7 +87,7 @@ export class Correspond {
   }
 
   show() {
-    const { points, curves } = this.pair, radius = this.studio.stage.bounds(this.scans[0].face).radius / 90;
+    const { points, curves } = this.pair, radius = this.studio.stage.bounds(this.scans[0].face).radius / 60;
     this.scans.forEach(({ face }, side) => {
       const dots = this.dots[side];
       dots.clear();
@@ -104,7 +104,7 @@ export class Correspond {
     this.next.hidden = this.kind.value === "points";
     this.undo.disabled = !this.past.length; this.redo.disabled = !this.future.length;
     const { complete } = this, open = points[0].length !== points[1].length ? " Now the same place on the other scan." : "";
-    this.told.textContent = `${complete.points.length} points, ${complete.curves.length} lines on both.${open} ${this.done}`;
+    this.told.textContent = `on both: points ${complete.points.length}, lines ${complete.curves.length}.${open} ${this.done}`;
     this.studio.stage.touch();
   }
 }

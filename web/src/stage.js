@@ -53,8 +53,8 @@ export class Stage {
   frame(name = "front") {
     const { middle, top, radius } = this.bounds(this.views[0].face), [yaw, pitch] = PRESETS[name].map((x) => (x * Math.PI) / 180);
     const [wide, high] = this.shape(), aspect = wide / high, half = Math.tan((FOV * Math.PI) / 360) * (1 - 2 * FREE);
-    const reach = Math.max(top.y, top.x / Math.max(aspect, 1)) / half + 0.6 * radius;
-    const away = aspect < 1 ? reach / aspect : reach;
+    const side = Math.max(top.x, top.z), [across, up] = aspect < 1 ? [half, half / aspect] : [half * aspect, half]; // tangents
+    const away = Math.max(top.y / up, side / across) + 0.5 * radius;
     const direction = new THREE.Vector3(Math.sin(yaw) * Math.cos(pitch), Math.sin(pitch), Math.cos(yaw) * Math.cos(pitch));
     this.controls.target.copy(middle);
     this.camera.position.copy(middle).addScaledVector(direction, away);

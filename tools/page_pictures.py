@@ -1,0 +1,95 @@
+"""Pictures of the page for the docs: `python tools/page_pictures.py docs/pictures`; needs Chromium and Playwright."""
+
+import sys
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from playwright.sync_api import sync_playwright
+
+from mien.faces import load_face
+from mien.io.gltf import write_performance
+from mien.io.meshes import write_mesh
+from mien.rig import Performance
+from mien.stage import make_performer, make_skin, scan, scripted
+from mien.transforms import Transform, rotation_from_vector
+from mien.viewer.open_files import gather
+from mien.viewer.studio import Studio
+
+RATE, SECONDS, FRAME = 30.0, 12.0, 238
+"""Of the staged take; the frame that is shown."""
+
+FLAGS = ("--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
+PATIENCE_MS = 180_000
+"""With a software GPU on a busy machine."""
+
+WINDOW = {"width": 1180, "height": 720}
+
+PLAYED = """studio.stage.frame('right'); studio.edits.key('jawOpen', 7.0, 0.3); studio.edits.key('jawOpen', 7.6, -0.2);
+studio.edits.mark(9.2, 9.6); studio.choose(studio.current.face.names.indexOf('jawOpen'));"""
+CLICKS = ((243, 408), (679, 388))
+"""Places of the window, by turns on the left scan and on the right."""
+
+BESIDE = """document.querySelector('#surface').value = '2';
+document.querySelector('#surface').dispatchEvent(new Event('change')); studio.stage.frame('left');"""
+
+
+def staged(folder: Path) -> Path:
+    """A performance that nods and speaks."""
+    weights = scripted(rate=RATE, seconds=SECONDS).weights
+    t = np.arange(len(weights)) / RATE
+    turn = rotation_from_vector(np.stack([0.06 * np.sin(t), 0.18 * np.sin(0.9 * t), 0 * t], axis=1))
+    place = np.stack([5 * np.sin(t), 1500 + 0 * t, 3 * t], axis=1)
+    tracked = np.ones(len(t), dtype=bool)
+    performance = Performance(load_face().rig, weights, Transform(turn, place), RATE, tracked)
+    write_performance(folder / "perf.glb", performance)
+    softer = Performance(load_face().rig, weights * 0.6, Transform(turn, place), RATE, tracked)
+    write_performance(folder / "softer.glb", softer)
+    return folder / "perf.glb"
+
+
+def scanned(folder: Path) -> list[Path]:
+    """Two staged scans of one person."""
+    skin, rig = make_skin(make_performer(1)), load_face().rig
+    paths = []
+    for number, (name, shape) in enumerate((("calm", "jawOpen"), ("smile", "mouthSmileLeft"))):
+        weights = np.zeros(len(rig.names))
+        weights[rig.index(shape)] = 0.8 * number
+        path = folder / f"{name}.ply"
+        write_mesh(path, scan(skin, weights, seed=number, name=name).scan.mesh)
+        paths.append(path)
+    return paths
+
+
+def shoot(chromium, files: list[Path], script: str, picture: Path, clicks: tuple[tuple[int, int], ...] = ()) -> None:
+    """Open files in the page, run a script there, click, and take the picture."""
+    shown, films = gather(files)
+    server = Studio(shown, films).open("127.0.0.1")
+    page = chromium.new_page(viewport=WINDOW)
+    page.set_default_timeout(PATIENCE_MS)
+    page.goto(server.address)
+    page.wait_for_function("window.studio")
+    page.evaluate(f"{script}; if (studio.clock.duration) studio.clock.seek({FRAME})")
+    for x, y in clicks:
+        page.mouse.click(x, y)
+    page.wait_for_timeout(500)
+    page.screenshot(path=str(picture))
+    page.close()
+    server.shutdown()
+    server.server_close()
+
+
+def main(folder: Path) -> None:
+    """Write studio.png, studio_compare.png and studio_scans.png."""
+    with TemporaryDirectory() as place, sync_playwright() as driver:
+        work = Path(place)
+        perf, scans = staged(work), scanned(work)
+        chromium = driver.chromium.launch(executable_path="/usr/bin/chromium", args=list(FLAGS))
+        shoot(chromium, [perf], PLAYED, folder / "studio.png")
+        shoot(chromium, [perf, work / "softer.glb"], BESIDE, folder / "studio_compare.png")
+        shoot(chromium, scans, "", folder / "studio_scans.png", CLICKS)
+        chromium.close()
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))
