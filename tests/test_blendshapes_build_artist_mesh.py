@@ -7,7 +7,7 @@ from blendshape_faces import LAYOUT, face_map, face_mesh
 from mien.blendshapes.build.artist_mesh import ArtistMesh, carry_on, complete, look_up, on_map
 from mien.blendshapes.correspond.dense import SkinWarp
 from mien.faces import load_face
-from mien.mesh import Mesh
+from mien.mesh import Mesh, grid_faces
 
 
 @pytest.fixture(scope="module")
@@ -69,3 +69,14 @@ def test_values_are_carried_on_smoothly_and_fade():
     np.testing.assert_allclose(out[known], 1)
     assert out[np.isclose(mesh.vertices[:, 0], 44), 0].min() > 0.8
     assert np.abs(out[mesh.vertices[:, 0] > 220]).max() < 0.2
+
+
+def test_a_slope_is_not_carried_on_beyond_what_is_known():
+    """An open mouth's lips part ever farther towards each other; its inside must not go on so."""
+    x, y = np.meshgrid(np.arange(0, 80.0, 2), np.arange(0, 20.0, 2))
+    mesh = Mesh(np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], 1), grid_faces(np.stack([x, y, 0 * x], -1), 9.0))
+    known = mesh.vertices[:, 0] < 20
+    slope = np.where(known, 0.5 * mesh.vertices[:, 0], 0.0)[:, None] * np.ones(3)
+    out = carry_on(mesh, slope, known)
+    assert out.max() <= slope.max() + 1e-9
+    assert out.min() >= 0

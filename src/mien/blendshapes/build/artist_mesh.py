@@ -122,14 +122,17 @@ def complete(
 def carry_on(
     mesh: Mesh, values: Float[np.ndarray, "n 3"], known: Bool[np.ndarray, " n"], reach_mm: float = 40.0
 ) -> Float[np.ndarray, "n 3"]:
-    """Values of known vertices carried on over the others, with least bending, fading out over `reach_mm`."""
+    """Values of known vertices carried on over the others, never beyond theirs, fading out over `reach_mm`.
+
+    The least slope, not the least bending: that goes on as it began, and turns the inside of an open mouth out.
+    """
     free = np.flatnonzero(~known)
     if not len(free) or not known.any():
         return values
     area = mass(mesh.vertices, mesh.faces)
     area = np.maximum(area, 1e-3 * area.mean())
     L = cotangent_laplacian(mesh.vertices, mesh.faces)
-    B = sp.csc_matrix(L.T @ sp.diags(1 / area) @ L + sp.diags(area / reach_mm**4))
+    B = sp.csc_matrix(L + sp.diags(area / reach_mm**2))
     held = np.flatnonzero(known)
     factor = splu(sp.csc_matrix(B[free][:, free]), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
     out = values.copy()
