@@ -18,6 +18,10 @@ from .correspond.landmarks import MapLandmarks, along_contours
 from .correspond.model_motion import mix_of, motion_image
 from .cylinder_map import CylinderMap
 
+SAME_MM, SAME_SHARE = 1.0, 0.12
+"""Of one person's face at least this share lies within so many mm of the neutral: 0.57 of a staged smile, 0.25 of a
+mouth wide open, but 0.06 of another person's face."""
+
 
 @dataclass(frozen=True)
 class RigConfig:
@@ -104,6 +108,7 @@ def build_shape(
         share = mass(artist.mesh.vertices, artist.mesh.faces) * face.regions["face"]
         still = stabilised(found, artist.mesh.vertices, share)
         found, marks = still.apply(found), marks.moved(still)
+        check_person(map_.name, found, artist.mesh.vertices, share)
     seen = np.isfinite(found[:, 0])
     if not seen.any():
         raise BadInput(f"{map_.name}: shows nothing of the face that the neutral shows")
@@ -112,3 +117,23 @@ def build_shape(
     texture, _ = expression_texture(neutral.grid, aligned.map, warped, neutral.texture)
     known = int((aligned.landmarks.known & neutral.landmarks.known).sum())
     return BuiltShape(map_.name, delta, texture, seen, aligned.map, warped, known, aligned.rms_mm)
+
+
+def check_person(
+    name: str,
+    found: Float[np.ndarray, "n 3"],
+    neutral: Float[np.ndarray, "n 3"],
+    share: Float[np.ndarray, " n"],
+) -> None:
+    """Whether a capture, its head held still, shows the person of the neutral.
+
+    Raises:
+        BadInput: too little of the face is where the neutral has it.
+    """
+    seen = np.isfinite(found[:, 0]) & (share > 0)
+    off = np.linalg.norm(found[seen] - neutral[seen], axis=1)
+    same = share[seen][off < SAME_MM].sum() / max(share[seen].sum(), 1e-9)
+    if seen.any() and same < SAME_SHARE:
+        raise BadInput(
+            f"{name}: {same:.0%} of the face lies where the neutral's does; is it another person, or the wrong unit?"
+        )
