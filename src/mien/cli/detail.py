@@ -40,10 +40,10 @@ def detail(
         fit, synth or view.
     source
         fit: the folder of clips. synth, view: a take (C3D, TRC, CSV) with the markers of the training, or a performance
-        (.glb) of the same person.
+        (.glb, .usd) of the same person.
     output
         fit, view: the folder for the maps or the page. synth: a folder for one .ply a frame, a film (.mp4), or,
-        from a performance, a .glb whose rig has the wrinkles as shapes.
+        from a performance, a .glb or .usd whose rig has the wrinkles as shapes.
     maps
         synth, view: the folder that fit has left.
     unit
@@ -100,12 +100,13 @@ def play(
     from ..detail.disk.frames import write_film, write_frames
     from ..detail.disk.maps import read_detail
     from ..detail.pipeline import synthesize
-    from ..io.gltf import read_performance
     from ..io.markers import read_markers
+    from ..io.performances import READ, WRITTEN, read_any_performance
 
     model = read_detail(maps)
-    take = read_performance(source) if source.suffix.lower() == ".glb" else read_markers(source, rate=rate)
-    if output.suffix.lower() == ".glb":
+    is_face = source.suffix.lower() in READ
+    take = read_any_performance(source) if is_face else read_markers(source, rate=rate)
+    if output.suffix.lower() in WRITTEN:
         return export(model, take, output, config)
     with bar() as progress:
         synthesizer, drive, frames = synthesize(model, take, config, progress, place)
@@ -123,12 +124,13 @@ def page(source: Path, maps: Path, output: Path, rate: float | None, place: int 
     """A take with detail, in a browser."""
     from ..detail.disk.maps import read_detail
     from ..detail.pipeline import drive_of
-    from ..io.gltf import read_performance
     from ..io.markers import read_markers
+    from ..io.performances import READ, read_any_performance
     from ..viewer.detail_page import write_detail_page
 
     model = read_detail(maps)
-    take = read_performance(source) if source.suffix.lower() == ".glb" else read_markers(source, rate=rate)
+    is_face = source.suffix.lower() in READ
+    take = read_any_performance(source) if is_face else read_markers(source, rate=rate)
     drive = drive_of(model, take, place)
     modes = write_detail_page(output, model, drive, take.rate)
     size = sum(file.stat().st_size for file in output.iterdir()) / 1e6
@@ -138,12 +140,12 @@ def page(source: Path, maps: Path, output: Path, rate: float | None, place: int 
 def export(model, take, output: Path, config: SynthesisConfig) -> None:
     """A performance whose wrinkles show wherever morph targets do."""
     from ..detail.transfer.wrinkle_shapes import with_wrinkles
-    from ..io.gltf import write_performance
+    from ..io.performances import write_any_performance
     from ..rig import Performance
 
     if not isinstance(take, Performance):
         raise BadInput(f"{output}: wrinkles go out with a rig; give a performance (.glb), or solve the take first")
     wrinkled, kept = with_wrinkles(model, take, config)
-    write_performance(output, wrinkled)
+    write_any_performance(output, wrinkled)
     count = len(wrinkled.rig.names) - len(take.rig.names)
     print(f"{output}: {len(wrinkled)} frames, {count} wrinkle shapes that keep {kept:.0%} of the detail's energy")
