@@ -23,6 +23,8 @@ PIXELS = 280
 """Side of a face in a figure."""
 RAYS = 12
 """For ambient occlusion: few, a demo is to be over soon."""
+HEAD_SHARE = 0.5
+"""Of a driver's picture, across its shorter side."""
 CHECKS = 48
 """Fields a side of the checked texture that shows where skin goes."""
 DOT = 1
@@ -167,9 +169,9 @@ def puppet_sheet(clip: Driven, textured: TexturedRig, numbers: Sequence[int]) ->
 
 
 def middle(picture: Picture) -> Sized:
-    """The square in the middle of a picture."""
+    """The square in the middle of a driver's picture, where the head is."""
     height, width = picture.shape[:2]
-    side = min(height, width)
+    side = round(HEAD_SHARE * min(height, width))
     top, left = (height - side) // 2, (width - side) // 2
     return np.ascontiguousarray(picture[top : top + side, left : left + side])
 
