@@ -26,7 +26,7 @@ class NormalFusionConfig:
     """Neighbours farther apart in depth are not joined."""
     least_trust: float = 0.05
     """A normal never counts less than this share of a sound one: else a crease would cut the surface in two."""
-    hole_mm: float = 6.0
+    hole_mm: float = 9.0
     """Holes in the points no wider or taller than this are bridged by normals: dots, specks. 0: none are."""
     uneven: float = 3.0
     """Depths' standard deviations are taken within this factor of their median."""

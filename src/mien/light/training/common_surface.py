@@ -29,6 +29,8 @@ class CommonConfig:
     """Neighbours farther apart than this many grid steps are not joined."""
     reach_mm: float = 60.0
     """A dot's motion fades beyond about so far from it."""
+    carry_vertices: int = 6000
+    """A dot's motion is carried over a grid of about so many, and between them by straight lines."""
     farthest_mm: float = 8.0
     """Skin farther from where the dots put it is other skin."""
     relief_mm: float = 3.0
@@ -161,11 +163,33 @@ def common_surface(
     y, x = np.nonzero(number >= 0)
     uv = np.stack([(x + 0.5) / width, 1 - (y + 0.5) / height], 1)
     mesh = Mesh(points[y, x], number.ravel()[faces], uv)
-    attachment = closest_point(mesh, dots).attachment()
-    carry = interpolate_from_points(mesh, attachment, config.reach_mm)
+    carry = carried_over(points, dots, config, config.longest * grid_mm)[y, x]
     made = CommonSurface(mesh, albedo[y, x], number, grid_mm, dots, carry, np.zeros(number.shape), config)
     relief = displacement_map(made, mesh.vertices, np.ones(len(mesh.vertices), bool))
     return CommonSurface(mesh, albedo[y, x], number, grid_mm, dots, carry, relief, config)
+
+
+def carried_over(
+    points: Float[np.ndarray, "h w 3"], dots: Float[np.ndarray, "k 3"], config: CommonConfig, longest_mm: float
+) -> Float[np.ndarray, "h w k"]:
+    """What each dot's motion does to every place of the grid: smooth, so it is found on fewer of them.
+
+    Places without skin take after the nearest that have some.
+    """
+    step = max(int(np.ceil(np.sqrt(np.isfinite(points[..., 0]).sum() / config.carry_vertices))), 1)
+    some = points[::step, ::step]
+    faces = grid_faces(some, step * longest_mm)
+    used = np.unique(faces)
+    number = np.full(some[..., 0].size, -1)
+    number[used] = np.arange(len(used))
+    coarse = Mesh(some.reshape(-1, 3)[used], number[faces])
+    carry = interpolate_from_points(coarse, closest_point(coarse, dots).attachment(), config.reach_mm)
+    number = number.reshape(some.shape[:2])
+    nearest = np.asarray(ndimage.distance_transform_edt(number < 0, return_distances=False, return_indices=True))
+    image = carry[number[nearest[0], nearest[1]]]
+    y, x = np.mgrid[: points.shape[0], : points.shape[1]] / step
+    columns = [ndimage.map_coordinates(image[..., k], [y, x], order=1, mode="nearest") for k in range(len(dots))]
+    return np.stack(columns, -1)
 
 
 def displacement_map(

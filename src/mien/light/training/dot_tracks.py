@@ -11,7 +11,7 @@ from ...mesh import ClosestPoint, Mesh
 from ...register import IcpConfig, icp
 from ..disk.light_scan import LightScan
 
-NEIGHBOURS = 8
+NEIGHBOURS = 5
 """Matched dots whose motion says where a dot has gone."""
 LEAST_SHARE = 0.3
 """Of the dots that must be found again; fewer and the frame is of something else."""
@@ -22,11 +22,11 @@ class DotTrackConfig:
     """How far dots go."""
 
     reach_mm: float = 6.0
-    """Between frames, at most; below the distance of neighbouring dots."""
+    """Between frames, of the dots that are matched first; below the distance of neighbouring dots."""
     slack_mm: float = 2.0
-    """How far a dot may be from where its neighbours' motion says."""
-    rounds: int = 3
-    """Of matching and asking the neighbours."""
+    """How far a dot may be from where its matched neighbours' motion says."""
+    rounds: int = 10
+    """In which matches spread from the dots that hardly move to those that move most."""
 
 
 @dataclass(frozen=True)
@@ -41,23 +41,36 @@ class TrackedDots:
 def follow_dots(
     before: Float[np.ndarray, "k 3"], found: Float[np.ndarray, "m 3"], config: DotTrackConfig = DotTrackConfig()
 ) -> TrackedDots:
-    """Each dot's place in the next frame: mutual nearest ones, then again round where the neighbours have gone.
+    """Each dot's place in the next frame: near ones that agree with their neighbours, then the others round those.
 
     Raises:
         BadInput: hardly any is found again.
     """
+    one, other = mutual_nearest(before, found, config.reach_mm)
     expected = before
-    for turn in range(config.rounds):
-        one, other = mutual_nearest(expected, found, config.reach_mm / (turn + 1))
-        if len(one) < max(3, LEAST_SHARE * len(before)):
-            raise BadInput(f"dots: {len(one)} of {len(before)} are found again; is it the same face and dots?")
-        expected = before + neighbours_steps(before, one, found[other] - before[one])
-    one, other = mutual_nearest(expected, found, config.slack_mm)
+    for _ in range(config.rounds):
+        check_found(len(one), len(before))
+        steps = found[other] - before[one]
+        agree = np.linalg.norm(steps - neighbours_steps(before, one, steps)[one], axis=1) < config.slack_mm
+        check_found(int(agree.sum()), len(before))
+        expected = before + neighbours_steps(before, one[agree], steps[agree])
+        one, other = mutual_nearest(expected, found, config.slack_mm)
+    check_found(len(one), len(before))
     seen = np.zeros(len(before), bool)
     seen[one] = True
     positions = expected.copy()
     positions[one] = found[other]
     return TrackedDots(positions, seen)
+
+
+def check_found(count: int, total: int) -> None:
+    """Refuse a frame in which too few dots are found again.
+
+    Raises:
+        BadInput: it has too few.
+    """
+    if count < max(3, LEAST_SHARE * total):
+        raise BadInput(f"dots: {count} of {total} are found again; is it the same face and dots?")
 
 
 def mutual_nearest(

@@ -37,7 +37,7 @@ def find_dots(scan: LightScan, config: DotConfig = DotConfig()) -> Float[np.ndar
     if not np.isfinite(size):
         return np.zeros((0, 3))
     sigma = config.radius_mm / size / np.sqrt(2)
-    known = np.isfinite(scan.albedo) & ndimage.binary_closing(scan.known, iterations=int(np.ceil(2 * sigma)))
+    known = np.isfinite(scan.albedo) & ndimage.binary_closing(scan.known, iterations=int(np.ceil(4 * sigma)))
     grey = np.log(np.maximum(np.where(known, scan.albedo, 1.0), DARKEST))
     ring = masked_blur(grey, known, SURROUND * sigma)
     dark = np.where(known, ring - masked_blur(grey, known, sigma), -np.inf)
