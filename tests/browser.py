@@ -25,7 +25,7 @@ def browser():
             chromium.close()
 
 
-def page_at(chromium, address, width=900, height=640):
+def page_at(chromium, address, width=760, height=480):
     """The studio at an address, up; faults of its scripts fail the test."""
     page = chromium.new_page(viewport={"width": width, "height": height})
     page.set_default_timeout(UP_MS)
