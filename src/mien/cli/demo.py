@@ -28,7 +28,7 @@ def demo(
 ) -> None:
     """Stage a performance, record it with faults, solve it, score it against the truth, and show it moving.
 
-    On two cores markers take about a minute, rgbd two (five with --figures), light three, blendshapes three to four,
+    On two cores markers take about a minute, rgbd two (five with --figures), light four, blendshapes three to four,
     scans and detail five.
 
     Parameters
@@ -101,7 +101,7 @@ TAKES = {
     "scans": "five minutes",
     "blendshapes": "three to four minutes",
     "detail": "five minutes",
-    "light": "three minutes",
+    "light": "four minutes",
 }
 """On two cores."""
 
