@@ -12,6 +12,9 @@ from ..one_line import one_line
 from ..rig import Rig
 from .lids import fit_blink, opening
 
+WIDEST_EYES = 1.5
+"""Eyes that are open wider than so many times the average squint and look down no farther for it."""
+
 
 @dataclass(frozen=True)
 class IdentitySpace:
@@ -82,7 +85,7 @@ class BundledFace:
             ratio = opening(vertices, *lids) / opening(self.rig.neutral.vertices, *lids)
             end, ball = side.capitalize(), self.parts[f"{side}_eye"]
             for name in ("eyeLookDown", "eyeSquint"):
-                deltas[self.rig.index(name + end)] *= 1 + self.regions["eyes"][:, None] * (min(ratio, 1.5) - 1)
+                deltas[self.rig.index(name + end)] *= 1 + self.regions["eyes"][:, None] * (min(ratio, WIDEST_EYES) - 1)
             for name in ("eyeLookUp", "eyeLookDown", "eyeLookIn", "eyeLookOut"):
                 k = self.rig.index(name + end)
                 deltas[k, ball] = self.rig.deltas[k, ball] * radius / usual

@@ -8,6 +8,17 @@ OVERLAP = 0.4
 SLACK = 0.7
 """Added to both travels before they are divided, mm: keeps the quotient at 1 in the corners, where both are 0."""
 
+MOVES = 0.5
+"""What comes down by so much, mm, or more, is scaled in full."""
+LEAST_SCALE, MOST_SCALE = 0.2, 2.5
+"""A blink's travel is made no shorter and no longer than these times."""
+ROUNDS = 4
+"""Where the lids meet changes with the travel: the quotient is taken anew so many times."""
+FLOOR = 0.1
+"""Added to a column's weight in the parabola, mm of fall: the corners, where nothing falls, still speak."""
+FALLS = 0.5
+"""Columns that fall this share of the longest fall, or more, must close."""
+
 
 def fit_blink(
     vertices: Float[np.ndarray, "n 3"],
@@ -22,20 +33,21 @@ def fit_blink(
     What comes down is scaled by the travel needed over the travel there: a parabola in x, raised until no column
     stays open. What moves keeps its distance from the eyeball, so that a shorter way does not lead through it.
     """
-    down = np.clip(-blink[:, 1] / 0.5, 0, 1)
+    down = np.clip(-blink[:, 1] / MOVES, 0, 1)
     share = 2 * (vertices[:, 0] - vertices[upper[0], 0]) / (vertices[upper[-1], 0] - vertices[upper[0], 0]) - 1
     basis = np.stack([np.ones_like(share), share, share**2], 1)[upper[1:-1]]
     scale = np.ones(len(vertices))
-    for _ in range(4):
+    for _ in range(ROUNDS):
         closed = vertices + blink * scale[:, None]
         fall = vertices[upper[1:-1], 1] - closed[upper[1:-1], 1]
         open_still = gaps(closed, upper, lower)
-        ratio = np.clip(scale[upper[1:-1]] * (fall + open_still + OVERLAP + SLACK) / (fall + SLACK), 0.2, 2.5)
-        weight = np.maximum(fall, 0) + 0.1
+        longer = (fall + open_still + OVERLAP + SLACK) / (fall + SLACK)
+        ratio = np.clip(scale[upper[1:-1]] * longer, LEAST_SCALE, MOST_SCALE)
+        weight = np.maximum(fall, 0) + FLOOR
         a, b, c = np.linalg.lstsq(basis * weight[:, None], ratio * weight, rcond=None)[0]
-        raised = np.max((ratio - basis @ (a, b, c)) * (fall > 0.5 * fall.max()), initial=0)
+        raised = np.max((ratio - basis @ (a, b, c)) * (fall > FALLS * fall.max()), initial=0)
         t = np.clip(share, -1, 1)
-        scale = 1 + down * (np.clip(a + raised + b * t + c * t**2, 0.2, 2.5) - 1)
+        scale = 1 + down * (np.clip(a + raised + b * t + c * t**2, LEAST_SCALE, MOST_SCALE) - 1)
     return _round(vertices, blink, scale, centre)
 
 

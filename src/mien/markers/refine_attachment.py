@@ -10,6 +10,11 @@ from ..fitting.terms import surface_points
 from ..mesh import Attachment, vertex_normals
 from ..rig import Rig
 
+INSET = 0.15
+"""Barycentric coordinates of the two far corners of a candidate that lies near the third."""
+FEWEST_FRAMES = 10
+"""A marker that is seen in fewer frames keeps its place: its motion cannot be compared."""
+
 
 @dataclass(frozen=True)
 class RefineConfig:
@@ -42,7 +47,7 @@ def refine_attachment(
     mismatch over the take is a quadratic form in its shapes, so no frame is visited twice.
     """
     mesh = rig.neutral
-    corner, centre = np.full((3, 3), 0.15) + 0.55 * np.eye(3), np.full((1, 3), 1 / 3)
+    corner, centre = np.full((3, 3), INSET) + (1 - 3 * INSET) * np.eye(3), np.full((1, 3), 1 / 3)
     inside = np.concatenate([corner, centre])
     triangles = np.repeat(region, len(inside))
     candidates = Attachment(triangles, np.tile(inside, (len(region), 1)))
@@ -55,7 +60,7 @@ def refine_attachment(
     for i in range(targets.shape[1]):
         near = np.flatnonzero(np.linalg.norm(places - present[i], axis=1) < config.radius_mm)
         frames = used[:, i]
-        if len(near) == 0 or frames.sum() < 10:
+        if len(near) == 0 or frames.sum() < FEWEST_FRAMES:
             continue
         centred = weights[frames] - weights[frames].mean(axis=0)
         target = targets[frames, i]

@@ -14,6 +14,10 @@ from ..rig import Rig
 from .packed_basis import PackedBasis, pack
 from .terms.weight_prior import WeightPrior, weight_prior
 
+EYE_CORNERS = (33, 263)
+"""Landmarks at the outer corners of the eyes, the right one first."""
+LEAST_FORWARD = -0.1
+"""The front's normals point at least so far forward: the sides of the nose just turn away."""
 POINTS = 3480.0
 """What the depth term weighs in all, in vertices: the frontal vertices of the paper's mesh, whatever ours has."""
 
@@ -127,7 +131,7 @@ def _front_faces(rig: Rig, landmarks: LandmarkMap, reach: float) -> np.ndarray:
     mesh = rig.neutral
     features = landmarks.attachment.points(mesh)[list(FEATURES)]
     squared = ((mesh.vertices[:, None, :] - features) ** 2).sum(2).min(1)
-    forward = vertex_normals(mesh.vertices, mesh.faces)[:, 2] > -0.1
+    forward = vertex_normals(mesh.vertices, mesh.faces)[:, 2] > LEAST_FORWARD
     near = (squared < reach**2) & forward
     keep = near[mesh.faces].all(1)
     keep[landmarks.attachment.faces[list(FEATURES)]] = True
@@ -180,5 +184,5 @@ def _corners(picks: sp.csr_matrix) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _eye_span(landmarks: LandmarkMap, mesh) -> float:
-    right, left = landmarks.attachment.points(mesh)[[33, 263]]
+    right, left = landmarks.attachment.points(mesh)[list(EYE_CORNERS)]
     return float(np.linalg.norm(left - right))

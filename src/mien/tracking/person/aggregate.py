@@ -17,6 +17,11 @@ from ...transforms import Transform
 from ..preprocess_frame import FrameObservation
 from ..rigid import RigidConfig, align
 
+SEEN_OFTEN = 3.0
+"""Frames that must have seen a voxel for its surface to be kept, where there are twice as many."""
+FEWEST_VERTICES = 500
+"""A volume's surface of fewer vertices is no face."""
+
 
 @dataclass(frozen=True)
 class AggregateConfig:
@@ -34,6 +39,10 @@ class AggregateConfig:
     """After so many frames the model that frames are aligned to is drawn from the volume again."""
     enough: float = 2.0
     """A frame that cannot be aligned better than this, mm, is left out."""
+    rigid: RigidConfig = RigidConfig(enough=0.0, iterations=8, robust_scale_mm=2.0, reach=15.0)
+    """Each frame onto the scan so far: every step is made, and what moves by itself hardly counts."""
+    most_weight: float = 200.0
+    """Frames after which a voxel's average forgets the oldest."""
 
 
 class Volume:
@@ -51,7 +60,7 @@ class Volume:
         c = self.config
         tsdf.integrate(
             self.distance, self.weight, self.origin, c.voxel, T_camera_volume.rotation, T_camera_volume.translation,
-            depth, np.array([camera.fx, camera.fy, camera.cx, camera.cy]), c.truncation, 200.0,
+            depth, np.array([camera.fx, camera.fy, camera.cx, camera.cy]), c.truncation, c.most_weight,
         )  # fmt: skip
 
     def surface(self, least: float = 1.0) -> Mesh:
@@ -108,11 +117,11 @@ def aggregate(
         BadInput: no depth in the volume, or fewer than half of the frames could be aligned.
     """
     volume, poses, errors = Volume(config), [], []
-    model, rigid = None, RigidConfig(enough=0.0, iterations=8, robust_scale_mm=2.0, reach=15.0)
+    model = None
     for i, frame in enumerate(frames):
         depth = median(_depth_of(frame))
         if model is not None:
-            found = _settle(model, T_camera_face, FrameObservation(depth, camera), rigid)
+            found = _settle(model, T_camera_face, FrameObservation(depth, camera), config.rigid)
             poses.append(found.T_camera_face if found.error < config.enough else None)
             errors.append(found.error)
         else:
@@ -129,7 +138,7 @@ def aggregate(
             f"only {kept} of {len(frames)} frames hold still enough to be merged; hold a neutral face for a second or "
             "two, and name its frames with --frames"
         )
-    least = min(3.0, kept / 2)
+    least = min(SEEN_OFTEN, kept / 2)
     return Aggregate(volume.surface(least), tuple(poses), float(np.mean(errors)) if errors else 0.0)
 
 
@@ -141,7 +150,7 @@ def _depth_of(frame: RGBDFrame) -> Float32[np.ndarray, "h w"]:
 
 def _model(volume: Volume) -> Mesh:
     mesh = volume.surface()
-    if len(mesh.vertices) < 500:
+    if len(mesh.vertices) < FEWEST_VERTICES:
         raise BadInput("there is no depth where the landmarks see the face; check that depth is registered to colour")
     return mesh
 

@@ -31,6 +31,8 @@ FRAMES = 12
 ROUNDS = 6
 SIGMA = 2.0
 """How far a landmark may lie from where the right identity would have it, mm: the weight of the prior."""
+BEND_SMOOTHING, BEND_NEIGHBOURS = 20.0, 60
+"""Of the thin plate through the landmarks' offsets: how little it follows a single one, and how many it hears."""
 FADE = 40.0
 """Millimetres from the nearest landmark at which the bend has faded out."""
 
@@ -134,7 +136,7 @@ def bend_to_landmarks(
         moved = camera.rays(marks.points[ids]) * points[:, 2:] - points
         wanted.append(moved @ T.rotation)
     offsets = np.median(wanted, axis=0)
-    bend = RBFInterpolator(spots, offsets, smoothing=20.0, neighbors=60, degree=1)
+    bend = RBFInterpolator(spots, offsets, smoothing=BEND_SMOOTHING, neighbors=BEND_NEIGHBOURS, degree=1)
     vertices = person.neutral.vertices.copy()
     away = KDTree(spots).query(vertices)[0]
     near = away < FADE
