@@ -11,6 +11,7 @@ from ..io.performances import WRITTEN as FACES
 KINDS = {
     "an animated face": FACES,
     "a rig": FACES,
+    "a textured rig": (".glb",),
     "a face": FACES,
     "a face with all 52 shapes": FACES,
     "a picture": (".png",),

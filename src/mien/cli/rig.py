@@ -55,7 +55,7 @@ def rig(
     corrections
         Landmarks added, moved or dropped and regions painted out by hand (.json; see docs/conventions.md).
     """
-    check_outputs({"a rig": output}, inputs=[captures, corrections])
+    check_outputs({"a textured rig": output}, inputs=[captures, corrections])
     by_hand = {} if corrections is None else read_corrections(corrections)
     paths = find_captures(captures)
     names = [path.stem for path in paths]
