@@ -62,7 +62,7 @@ def test_convert_and_demo(refused):
     Path("out.glb").mkdir()
     assert refused(["convert", "perf.glb", "-o", "out.glb"]) == "out.glb: is a folder; name a file"
     assert refused(["convert", "take.c3d", "-o", "take.c3d"]).startswith("take.c3d: is read and would be overwritten")
-    assert refused(["demo", "-o", "scan.obj"]) == "scan.obj: is a file; name a folder"
+    assert refused(["demo", "-o", "scan.obj"]).startswith("scan.obj: is a file; name a folder")
     assert refused(["demo", "-o", "/proc/demo"]).startswith("/proc/")
 
 
