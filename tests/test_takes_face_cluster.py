@@ -64,6 +64,15 @@ def test_a_marker_that_stands_in_the_room_while_the_head_passes_is_left_out():
     assert "s0" not in found.markers.labels
 
 
+@pytest.mark.parametrize("count", [2, 3, 6])
+def test_a_prop_of_several_markers_before_the_face_is_left_out(count):
+    """A microphone's markers stay near one another while the head passes."""
+    X = face()
+    prop = X[:1, :1] + [0.0, -30, 40] + 15.0 * np.random.default_rng(2).normal(size=(1, count, 3))
+    found = find_face(take({"f": X, "p": np.repeat(prop, FRAMES, axis=0)}))
+    assert set(found.markers.labels) == {f"f{i}" for i in range(30)}
+
+
 def test_labels_never_seen_and_hardly_seen_are_no_part_of_it():
     X = np.concatenate([face(), np.full((FRAMES, 2, 3), np.nan)], axis=1)
     X[3, 31] = X[3, 0]

@@ -82,14 +82,21 @@ def find_face(markers: Markers, config: FaceClusterConfig = FaceClusterConfig())
 
 
 def _going_along(markers: Markers, group: np.ndarray, config: FaceClusterConfig) -> np.ndarray:
-    """The group without markers that stand near the face and do not go along with it."""
+    """The group without markers that stand near the face and do not go along with it.
+
+    Markers of one prop go along with one another: what moves is skin where a chain of neighbours that go along leads
+    to a marker that stays with the head.
+    """
     head = stabilise(markers.only(group)).markers.positions
     moved = head - np.nanmedian(head, axis=0)
     own = _usual(moved)
     near = nearest_markers(head, config.neighbours)
-    beside = np.stack([_usual(moved - moved[:, around]) for around in near.T])
-    stray = (own > config.stray_mm) & (beside.min(axis=0) > config.stray_share * own)
-    return group[~stray] if (~stray).sum() >= config.fewest else group
+    beside = np.stack([_usual(moved - moved[:, around]) for around in near.T], axis=1)
+    along = beside <= config.stray_share * own[:, None]
+    skin = own <= config.stray_mm
+    for _ in group:
+        skin |= (along & skin[near]).any(axis=1)
+    return group[skin] if skin.sum() >= config.fewest else group
 
 
 def _usual(moved: np.ndarray) -> np.ndarray:
