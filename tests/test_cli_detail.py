@@ -3,6 +3,8 @@ import pytest
 
 from detail_patch import write_clips
 from mien.cli.main import main
+from mien.clip import Markers
+from mien.io.markers.c3d import write_c3d
 from mien.io.meshes.ply import read_ply
 
 FIT = ["--base.vertices", "0", "--medium-size", "24", "--fine-size", "32"]
@@ -17,7 +19,9 @@ def run(*words):
 @pytest.fixture(scope="module")
 def fitted(tmp_path_factory):
     folder = tmp_path_factory.mktemp("detail")
-    write_clips(folder / "clips")
+    whole = write_clips(folder / "clips")
+    strange = tuple(f"X{i}" for i in range(25))
+    write_c3d(folder / "strange.c3d", Markers(whole.clips[0].markers, strange, 30.0))
     assert run("fit", folder / "clips", "-o", folder / "maps", *FIT) == 0
     return folder
 
@@ -43,6 +47,8 @@ def test_fit_then_synth_gives_a_mesh_a_frame(fitted, capsys):
         (["fit", "{clips}", "--maps", "x"], "--maps does nothing with fit"),
         (["synth", "{clips}/squeeze/markers.c3d", "--maps", "{maps}", "--half"], "--half does nothing with synth"),
         (["fit", "{maps}"], "no clips in it"),
+        (["synth", "{clips}/../strange.c3d", "--maps", "{maps}"], "0 of the 25 markers that the maps were trained on"),
+        (["view", "{clips}/../strange.c3d", "--maps", "{maps}"], "0 of the 25 markers that the maps were trained on"),
     ],
 )
 def test_bad_input_is_one_line(fitted, capsys, tmp_path, words, line):
@@ -51,6 +57,7 @@ def test_bad_input_is_one_line(fitted, capsys, tmp_path, words, line):
     told = capsys.readouterr().err
     assert line in told
     assert told.count("\n") == 1
+    assert not (tmp_path / "out").exists()
 
 
 def test_view_leaves_a_page(fitted, capsys):

@@ -5,9 +5,13 @@ import pytest
 
 from detail_patch import bent, patch, training, wrinkled
 from mien.detail.base_mesh import BaseConfig
+from mien.detail.disk.maps import read_detail, write_detail
 from mien.detail.fit import DetailConfig, HighPass, fit_detail, texel_mm
 from mien.detail.polynomial import PolynomialConfig
+from mien.detail.synthesize import SynthesisConfig, Synthesizer
 from mien.detail.texture_space import texels
+from mien.errors import BadInput
+from mien.io.exr import read_exr
 
 SMALL = DetailConfig(base=BaseConfig(vertices=0), medium_size=48, fine_size=96, high_pass_mm=4.0)
 
@@ -56,6 +60,49 @@ def test_frames_with_holes_are_left_out_texel_by_texel():
     a, b = (fit_detail(t, replace(SMALL, fine_size=0)) for t in (whole, holed))
     assert np.isfinite(b.medium.polynomial.coefficients).all()
     np.testing.assert_allclose(np.median(b.medium.error_mm), np.median(a.medium.error_mm), atol=0.01)
+
+
+def with_vertices(clip, change):
+    """The clip with every frame's vertices changed."""
+    return replace(clip, frames=lambda: (replace(f, vertices=change(f.vertices)) for f in clip.frames()))
+
+
+def hidden(vertices):
+    """A corner of the patch that no frame shows."""
+    out = vertices.copy()
+    out[:200] = np.nan
+    return out
+
+
+def test_texels_never_seen_are_marked_and_no_map_holds_a_nan(tmp_path):
+    whole = training()
+    holed = replace(whole, clips=tuple(with_vertices(clip, hidden) for clip in whole.clips))
+    model = fit_detail(holed, replace(SMALL, medium_size=24, fine_size=32))
+    for detail in (model.medium, model.fine):
+        unseen = ~detail.polynomial.seen
+        assert 0.1 < unseen.mean() < 0.3
+        assert detail.unreliable[unseen].all()
+        assert (detail.polynomial.coefficients[unseen] == 0).all()
+        assert np.isfinite(detail.polynomial.coefficients).all()
+    write_detail(tmp_path / "maps", model)
+    for name in ("medium.exr", "fine.exr"):
+        assert all(np.isfinite(channel).all() for channel in read_exr(tmp_path / "maps" / name).values())
+    back = read_detail(tmp_path / "maps")
+    np.testing.assert_array_equal(back.fine.polynomial.seen, model.fine.polynomial.seen)
+    np.testing.assert_array_equal(np.isnan(back.fine.error_mm), np.isnan(model.fine.error_mm))
+    frame = Synthesizer(back, SynthesisConfig(fine_vertices=True)).frame(model.reference * [0.9, 1, 1])
+    assert np.isfinite(frame.vertices).all()
+    assert np.isfinite(frame.fine).all()
+
+
+def test_markers_of_another_unit_and_frames_without_skin_are_one_line():
+    whole = training()
+    metres = tuple(replace(clip, markers=clip.markers * 1000) for clip in whole.clips)
+    with pytest.raises(BadInput, match="mm from the neutral's mesh"):
+        fit_detail(replace(whole, markers=whole.markers * 1000, clips=metres), SMALL)
+    away = tuple(with_vertices(clip, lambda vertices: vertices + 100.0) for clip in whole.clips)
+    with pytest.raises(BadInput, match="no frame shows skin within 15 mm"):
+        fit_detail(replace(whole, clips=away), replace(SMALL, medium_size=16))
 
 
 def test_high_pass_takes_a_ramp_out_and_keeps_a_ripple():

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy import ndimage
 
+from ..errors import BadInput
 from ..mesh import Attachment, Mesh, closest_point, face_areas
 from ..progress import SILENT, Progress
 from .base_mesh import BaseConfig, base_mesh
@@ -94,10 +95,11 @@ def fit_detail(
     """Fit both maps (Ma et al. 2008, fig. 2): base motion, domain, medium map, then the fine map on what it leaves.
 
     Raises:
-        BadInput: training clips that do not fit together, markers that nothing joins, a mesh that cannot be unrolled.
+        BadInput: training clips that do not fit together, markers far from the mesh or that nothing joins, a mesh that
+            cannot be unrolled, frames that show no skin.
     """
     base = base_mesh(training.mesh, config.base)
-    attachment = closest_point(base.mesh, training.markers).attachment()
+    attachment = _on_base(training, base.mesh, config.farthest_mm)
     shell = thin_shell(base.mesh, attachment, config.shell)
     domain = training_domain(training, base.mesh, attachment, config.domain)
     medium = _fit_medium(training, base, shell, attachment, domain, config, progress)
@@ -115,6 +117,18 @@ def fit_detail(
         fine=fine,
         frames=len(training),
     )
+
+
+def _on_base(training: TrainingSet, mesh: Mesh, farthest_mm: float) -> Attachment:
+    """The feet of the neutral's markers on the base."""
+    feet = closest_point(mesh, training.markers)
+    usual = float(np.median(feet.distances))
+    if usual > farthest_mm:
+        raise BadInput(
+            f"detail: the markers lie {usual:.0f} mm from the neutral's mesh (median); "
+            "give markers and meshes of one frame of reference, and the meshes' unit (--unit)"
+        )
+    return feet.attachment()
 
 
 def training_domain(
@@ -187,6 +201,11 @@ def texel_mm(mesh: Mesh, size: int) -> float:
 
 
 def _with_errors(grid, drive, polynomial: PolynomialMap, fit: PolynomialFit, config: DetailConfig) -> DetailMap:
+    if not polynomial.seen.any():
+        raise BadInput(
+            f"displacement map: no frame shows skin within {config.farthest_mm:g} mm of the base motion; "
+            "give markers and meshes of the same frames, in one frame of reference"
+        )
     error = fit.rms(polynomial)
     usual = np.nanmedian(error)
     return DetailMap(grid, drive, polynomial, error, np.isnan(error) | (error > config.unreliable * usual))

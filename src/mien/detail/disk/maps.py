@@ -16,7 +16,7 @@ from ..fields import parameter_field
 from ..fit import DetailMap, DetailModel
 from ..marker_mesh import marker_mesh
 from ..polynomial import EXPONENTS, PolynomialMap
-from ..texture_space import texels, texture_gradients
+from ..texture_space import texels, texture_gradients, with_gutter
 from ..thin_shell import ShellConfig, thin_shell
 from ..training import HeadMarkers
 
@@ -29,8 +29,10 @@ MEDIUM_CHANNELS, FINE_CHANNELS = ("u", "v", "n"), ("n",)
 def write_detail(folder: str | Path, model: DetailModel, half: bool = False) -> None:
     """Write `base.ply`, `medium.exr`, `fine.exr` and, last, `detail.json`: a folder without it is unfinished.
 
-    Channels are `a0.u` and so on: the coefficient of eq. 1 and the component. `error` is the rms residual in mm; it is
-    NaN where no training frame showed the texel. `half` stores 16-bit coefficients.
+    Channels are `a0.u` and so on: the coefficient of eq. 1 and the component, beside the surface those of the nearest
+    texel on it. `error` is the rms residual in mm. `seen` is 0 where no training frame showed the texel (coefficients
+    and error are 0 there) and beside the surface; `unreliable` is 1 there. No channel holds a NaN. `half` stores 16-bit
+    coefficients.
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
@@ -107,11 +109,12 @@ def _record(path: Path) -> dict:
 
 
 def _write_map(path: Path, detail: DetailMap, names: tuple[str, ...], half: bool) -> None:
-    coefficients = detail.polynomial.coefficients
-    image = detail.texels.image(coefficients)
+    grid, seen = detail.texels, detail.polynomial.seen
+    image = with_gutter(grid.image(detail.polynomial.coefficients))
     channels = {f"a{m}.{name}": image[..., m, c] for m in range(image.shape[2]) for c, name in enumerate(names)}
-    channels["error"] = detail.texels.image(detail.error_mm.astype(np.float32))
-    channels["unreliable"] = detail.texels.image(detail.unreliable.astype(np.float32))
+    error = np.where(seen, detail.error_mm, 0.0)
+    for name, values, beside in (("error", error, 0.0), ("seen", seen, 0.0), ("unreliable", detail.unreliable, 1.0)):
+        channels[name] = np.nan_to_num(grid.image(values.astype(np.float32)), nan=beside)
     write_exr(path, channels, half)
 
 
@@ -127,7 +130,10 @@ def _read_map(
     grid = texels(base, size)
     image = np.stack([np.stack([channels[name] for name in row], -1) for row in wanted], -2)
     coefficients = np.ascontiguousarray(grid.of_image(image))
-    error = grid.of_image(channels["error"]).astype(float)
-    polynomial = PolynomialMap(np.nan_to_num(coefficients), order, np.isfinite(error))
+    seen = (
+        grid.of_image(channels["seen"]) > 0.5 if "seen" in channels else np.isfinite(grid.of_image(channels["error"]))
+    )
+    error = np.where(seen, grid.of_image(channels["error"]), np.nan)
+    polynomial = PolynomialMap(np.nan_to_num(coefficients), order, seen)
     unreliable = grid.of_image(channels["unreliable"]) > 0.5
     return DetailMap(grid, parameter_field(domain, base, attachment, grid.attachment), polynomial, error, unreliable)
