@@ -15,3 +15,9 @@ def test_a_line_a_stage_on_stderr(capsys):
     lines = err.strip().splitlines()
     assert [line.split()[0] for line in lines] == ["reading", "solving"]
     assert "3/3" in lines[0]
+
+
+def test_a_block_without_a_stage_leaves_nothing(capsys):
+    with bar():
+        pass
+    assert capsys.readouterr() == ("", "")

@@ -19,14 +19,20 @@ class Bar:
         """Move the stage's bar; the first call makes it."""
         task = self._tasks.get(stage)
         if task is None:
+            self._bars.start()
             task = self._bars.add_task(stage, total=total)
             self._tasks[stage] = task
         self._bars.update(task, completed=done, total=total)
 
+    def stop(self) -> None:
+        """Leave the bars as they are, if there are any."""
+        if self._tasks:
+            self._bars.stop()
+
 
 @contextmanager
 def bar() -> Iterator[Bar]:
-    """A progress bar while the block runs."""
+    """A progress bar from the block's first stage until its end; a block without one leaves stderr as it was."""
     columns = [
         SpinnerColumn(),
         TextColumn("{task.description:<34}"),
@@ -35,5 +41,8 @@ def bar() -> Iterator[Bar]:
         TimeElapsedColumn(),
     ]
     stderr = Console(stderr=True)
-    with Bars(*columns, console=stderr) as bars:
-        yield Bar(bars)
+    shown = Bar(Bars(*columns, console=stderr))
+    try:
+        yield shown
+    finally:
+        shown.stop()
