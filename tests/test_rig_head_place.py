@@ -25,6 +25,35 @@ def test_the_head_is_found_where_it_stands(scale, backward):
     assert not found.in_face_space
 
 
+@pytest.mark.parametrize(
+    ("left", "up"), [([0, 0, -1], [0, 1, 0]), ([0, 0, 1], [0, 1, 0]), ([1, 0, 0], [0, 0, 1]), ([-1, 0, 0], [0, 0, 1])]
+)
+@pytest.mark.parametrize("swapped", [False, True])
+def test_a_head_that_looks_aside_or_lies_is_known_by_its_axes(left, up, swapped):
+    """Whichever way the scene has it up, and whoever's left the shapes' names mean."""
+    turn = np.stack([left, up, np.cross(left, up)], axis=1).astype(float)
+    rig = load_face().rig
+    names = [
+        name.translate(str.maketrans("LR", "RL")).replace("Reft", "Right").replace("Light", "Left")
+        for name in rig.names
+    ]
+    neutral = rig.neutral.with_vertices(rig.neutral.vertices @ turn.T + [300, 400, 1600])
+    found = find_head(Rig(neutral, rig.deltas @ turn.T, tuple(names) if swapped else rig.names))
+    np.testing.assert_array_equal(found.R_rig_face, turn)
+    assert np.linalg.norm(found.centre - [300, 400, 1600]) < 20
+
+
+def test_a_head_in_another_unit_travels_in_its_own_size():
+    tiny = find_head(standing(height=80.0, scale=0.05))
+    assert not tiny.in_face_space
+    assert 0.04 < tiny.scale < 0.06
+    motion, notes = place_motion(
+        Transform(np.eye(3)[None].repeat(3, 0), np.array([[0.0, 0, -9], [0, 0, 0], [0, 0, 9]])), tiny
+    )
+    np.testing.assert_allclose(np.ptp(motion.translation[:, 2]), 18 * tiny.scale)
+    assert "times a person's size" in notes[0]
+
+
 def test_a_rig_in_face_space_takes_poses_as_they_are():
     pose = Transform(rotation_from_vector(np.array([[0.0, 0.3, 0.0]])), np.array([[0.0, 0.0, -600.0]]))
     head = find_head(load_face().rig)
