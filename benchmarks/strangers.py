@@ -37,6 +37,10 @@ class Goal:
     weights_of_zeros: float = 0.5
 
 
+HINTS = ("next:", "Blender keeps")
+"""How the lines begin that say what to do next, not how well it went."""
+
+
 @dataclass
 class Run:
     """A folder of takes, a folder for outputs, and what was said on the way."""
@@ -51,7 +55,8 @@ class Run:
         begin = time.perf_counter()
         done = subprocess.run(line, capture_output=True, text=True)
         text = (done.stdout if done.returncode == 0 else done.stderr + done.stdout).strip().splitlines()
-        self.said.append(f"mien {words[0]} ({time.perf_counter() - begin:.0f} s): {' '.join(text[-3:])}")
+        of_the_result = [line for line in text if not line.startswith(HINTS)]
+        self.said.append(f"mien {words[0]} ({time.perf_counter() - begin:.0f} s): {' '.join(of_the_result[-3:])}")
         return done.returncode == 0
 
     def score(self, script: str, *words: str | Path) -> dict:
