@@ -56,6 +56,14 @@ def test_two_that_wear_each_others_label_are_found(clean):
     assert found.sum() <= 130
 
 
+def test_a_third_of_the_markers_off_together_in_one_frame_are_found(clean):
+    """Neighbours that are off alike vouch for one another until those at the rim are gone."""
+    X = clean.positions.copy()
+    X[50, :12] += [0.0, 60, 0]
+    found = remove_outliers(clean.with_positions(X)).wild
+    assert np.argwhere(found).tolist() == [[50, i] for i in range(12)]
+
+
 def test_it_can_be_switched_off(clean):
     X = clean.positions.copy()
     X[50, 7] += 3000.0

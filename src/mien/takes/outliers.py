@@ -26,8 +26,9 @@ class OutlierConfig:
     """... unless it goes this far, mm: no skin does, beside its neighbours; a marker that slips off creeps there."""
     neighbours: int = 8
     """Markers that predict another."""
-    rounds: int = 4
-    """Each round finds the worst sample of every neighbourhood; what it pulled at is judged anew in the next."""
+    rounds: int = 16
+    """At most so many; each finds the worst sample of every neighbourhood, and what it pulled at is judged anew in the
+    next: of markers that are off together, those inside come out after those at the rim."""
     fit_rounds: int = 3
     """Robust rounds of one prediction."""
     ridge_mm2: float = 20.0
