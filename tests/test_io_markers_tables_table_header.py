@@ -1,5 +1,6 @@
 """Headers: which columns are a marker, in which unit."""
 
+import numpy as np
 import pytest
 
 from marker_files import NAMES, refusal, take, wide_csv
@@ -40,6 +41,23 @@ def test_a_row_of_units_and_a_preamble(tmp_path):
     (tmp_path / "take.csv").write_text("\n".join(["# Units: cm", "# fps = 90", *lines]))
     read = read_marker_file(tmp_path / "take.csv")
     assert (read.unit_mm, read.unit_source, read.markers.rate) == (10, "file", 90)
+
+
+def test_between_blanks_a_gap_must_be_written(tmp_path):
+    """A cell left empty would move all behind it to the next marker."""
+    whole = wide_csv(tmp_path / "take.csv", take().positions, sep=" ").read_text()
+    np.testing.assert_allclose(read_markers(tmp_path / "take.csv").positions, take().positions, atol=1e-5)
+    (tmp_path / "take.csv").write_text(whole.replace(" NA", " "))
+    assert "row 3 has 21 cells for 24 columns" in refusal(tmp_path / "take.csv")
+
+
+def test_names_that_blanks_part_stand_over_their_axes(tmp_path):
+    lines = wide_csv(tmp_path / "take.csv", take().positions, sep=" ").read_text().splitlines()[1:]
+    head = ["Frame " + " ".join(NAMES), "Frame " + " ".join("XYZ" * len(NAMES))]
+    (tmp_path / "take.csv").write_text("\n".join(head + [f"{i + 1} {line}" for i, line in enumerate(lines)]))
+    read = read_markers(tmp_path / "take.csv", rate=60)
+    assert read.labels == NAMES
+    np.testing.assert_allclose(read.positions, take().positions, atol=1e-5)
 
 
 def test_marker_columns():

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from ..marker_file import RawTake
-from .delimited_table import read_cells
+from .delimited_table import BLANK, read_cells
 from .long_table import read_long
 from .motive import is_motive, read_motive
 from .nexus import is_nexus, read_nexus
@@ -24,7 +24,7 @@ def read_table(path: Path) -> RawTake:
     Raises:
         BadInput: empty, no such header, frame numbers that run backwards, a cell that is no number.
     """
-    cells = read_cells(path)
+    cells, delimiter = read_cells(path)
     if is_qualisys(cells):
         return read_qualisys(path, cells)
     if is_nexus(cells):
@@ -32,7 +32,7 @@ def read_table(path: Path) -> RawTake:
     take = read_motive(path, cells) if is_motive(cells) else None
     if take is not None:
         return take
-    table = table_under_header(path, cells)
+    table = table_under_header(path, cells, blanks=delimiter == BLANK)
     return read_long(table) if is_long(table.columns) else read_wide(table)
 
 

@@ -79,8 +79,12 @@ class DelimitedTable:
         return known_unit(stated[0]) if stated else None
 
 
-def read_cells(path: Path) -> list[list[str]]:
-    """The cells of every line, stripped; a line without any is an empty list.
+BLANK = " "
+"""The delimiter where none stands in the first lines: runs of blanks part the cells."""
+
+
+def read_cells(path: Path) -> tuple[list[list[str]], str]:
+    """The cells of every line, stripped (a line without any is an empty list), and what parts them.
 
     Raises:
         BadInput: empty, binary, or a quote that is never closed.
@@ -88,7 +92,7 @@ def read_cells(path: Path) -> list[list[str]]:
     text = decode_text(path).replace("\0", "")
     delimiter = sniff_delimiter(text)
     lines = text.splitlines()
-    if delimiter == " ":
+    if delimiter == BLANK:
         rows = [line.split() for line in lines]
     else:
         try:
@@ -98,7 +102,21 @@ def read_cells(path: Path) -> list[list[str]]:
     rows = [row if any(row) else [] for row in rows]
     if not any(rows):
         raise BadInput(f"{path}: is empty")
-    return rows
+    return rows, delimiter
+
+
+def check_widths(path: Path, rows: list[list[str]], row_numbers: list[int], width: int) -> None:
+    """Where blanks part the cells an empty cell cannot be seen: the others of its row would move up, unseen.
+
+    Raises:
+        BadInput: a row of another width.
+    """
+    for number, row in zip(row_numbers, rows, strict=True):
+        if len(row) != width:
+            raise BadInput(
+                f"{path}: row {number} has {len(row)} cells for {width} columns, and where blanks part the cells "
+                "nobody can tell which are missing; export it with tabs, or with NaN in the gaps"
+            )
 
 
 def cells_to_numbers(path: Path, rows: list[list[str]], row_numbers: list[int]) -> Float[np.ndarray, "rows columns"]:
@@ -124,7 +142,7 @@ def sniff_delimiter(text: str) -> str:
     for delimiter in ";\t,":
         if any(line.count(delimiter) >= _FEWEST_DELIMITERS for line in head):
             return delimiter
-    return " "
+    return BLANK
 
 
 def pad(row: list[str], width: int) -> list[str]:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from ....errors import BadInput
 from ....units import known_unit
-from .delimited_table import HEADER_ROWS, DelimitedTable, is_number, pad
+from .delimited_table import HEADER_ROWS, DelimitedTable, check_widths, is_number, pad
 
 FRAME = frozenset(
     {"frame", "frame#", "frames", "frame number", "frame_number", "frame no", "field", "field #", "index"}
@@ -37,16 +37,19 @@ _FEWEST_AXES = 3
 """Cells x, y, z in a row that stands under a row of names."""
 
 
-def table_under_header(path: Path, rows: list[list[str]], first_row: int = 1) -> DelimitedTable:
+def table_under_header(path: Path, rows: list[list[str]], first_row: int = 1, blanks: bool = False) -> DelimitedTable:
     """The table of `rows` (the file's lines from line `first_row` on), whose header may follow a few rows of others.
 
+    Args:
+        blanks: blanks part the cells, so that an empty one does not show.
+
     Raises:
-        BadInput: no header with marker columns.
+        BadInput: no header with marker columns; between blanks a row of another width than the header's.
     """
     filled = [(number, row) for number, row in enumerate(rows, start=first_row) if row]
     cells = [row for _, row in filled]
     for i in range(min(HEADER_ROWS, len(cells))):
-        columns = _columns(cells, i)
+        columns = _columns(cells, i, blanks)
         if columns is None:
             continue
         names, units = names_and_units(columns)
@@ -54,12 +57,15 @@ def table_under_header(path: Path, rows: list[list[str]], first_row: int = 1) ->
         if start < len(cells) and is_unit_row(cells[start]):
             units = [old or new.strip("[]()") for old, new in zip(units, pad(cells[start], len(units)), strict=True)]
             start += 1
+        numbers = [number for number, _ in filled[start:]]
+        if blanks:
+            check_widths(path, cells[start:], numbers, len(names))
         return DelimitedTable(
             path=path,
             columns=names,
             units=units,
             rows=[pad(row, len(names)) for row in cells[start:]],
-            row_numbers=[number for number, _ in filled[start:]],
+            row_numbers=numbers,
             preamble=read_preamble(cells[:i]),
         )
     raise BadInput(
@@ -143,7 +149,7 @@ def is_rate(row: list[str]) -> bool:
     return bool(row) and is_number(row[0]) and rest <= {"", "hz"}
 
 
-def _columns(rows: list[list[str]], i: int) -> list[str] | None:
+def _columns(rows: list[list[str]], i: int, blanks: bool) -> list[str] | None:
     """The column names if row `i` is the header, by itself or together with the row of names above it."""
     plain, _ = names_and_units(rows[i])
     axes = [cell.lower() in AXES for cell in plain]
@@ -151,12 +157,21 @@ def _columns(rows: list[list[str]], i: int) -> list[str] | None:
         return rows[i] if is_long(plain) or marker_columns(plain) else None
     if i == 0:
         return None
-    above = pad(rows[i - 1], len(plain))
+    above = _over_first_axes(rows[i - 1], axes) if blanks else pad(rows[i - 1], len(plain))
     columns, name = [], ""
     for cell, title, is_axis in zip(rows[i], above, axes, strict=True):
         name = title or name
         columns.append(f"{name}_{cell}" if is_axis else cell or title)
     return columns if marker_columns(names_and_units(columns)[0]) else None
+
+
+def _over_first_axes(names: list[str], axes: list[bool]) -> list[str]:
+    """Names that blanks part, each over the first axis of its marker: the last of the row, as many as markers."""
+    first = [place for place, is_axis in enumerate(axes) if is_axis][:: len(AXES)]
+    above = [""] * len(axes)
+    for place, name in zip(reversed(first), reversed(names), strict=False):
+        above[place] = name
+    return above
 
 
 def _separated(column: str) -> tuple[str, str] | None:

@@ -8,7 +8,7 @@ from ....errors import BadInput
 from ....text.decode_text import decode_text
 from ....units import known_unit
 from ..marker_file import RawTake
-from .delimited_table import DelimitedTable, is_number, pad, positive_number
+from .delimited_table import DelimitedTable, check_widths, is_number, pad, positive_number
 from .table_header import MarkerColumns
 from .wide_table import take_of
 
@@ -37,7 +37,7 @@ def read_trc(path: Path) -> RawTake:
     labels = _labels(cells[names_at], cells[names_at + 1] if names_at + 1 < len(cells) else [], header)
     columns = ["Frame", "Time", *(f"{label}_{axis}" for label, _ in labels for axis in "xyz")]
     if delimiter is None:
-        _check_widths(path, body, len(columns))
+        check_widths(path, [row for _, row in body], [number for number, _ in body], len(columns))
     table = DelimitedTable(
         path=path,
         columns=columns,
@@ -52,20 +52,6 @@ def read_trc(path: Path) -> RawTake:
 def _delimiter(names: str) -> str | None:
     """Tabs where the line of names has any, commas or semicolons likewise, else blanks (None)."""
     return next((mark for mark in "\t;," if mark in names), None)
-
-
-def _check_widths(path: Path, body: list[tuple[int, list[str]]], width: int) -> None:
-    """Where blanks part the cells an empty cell cannot be seen: the others of its row would move up, unseen.
-
-    Raises:
-        BadInput: a row of another width.
-    """
-    for number, row in body:
-        if len(row) != width:
-            raise BadInput(
-                f"{path}: row {number} has {len(row)} cells for {width} columns, and where blanks part the cells "
-                "nobody can tell which are missing; export it with tabs, or with NaN in the gaps"
-            )
 
 
 def _header(rows: list[list[str]]) -> dict[str, str]:
