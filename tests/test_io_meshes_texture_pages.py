@@ -48,7 +48,17 @@ def test_coordinates_by_hand_repeats_and_none():
     np.testing.assert_allclose(on_pages(square, np.array([0]), sizes)[0], [[0, 0.6], [1, 0.6], [1, 1]])
     np.testing.assert_allclose(on_pages(square, np.array([1]), sizes)[0], [[0, 0], [0.5, 0], [0.5, 0.6]])
     np.testing.assert_allclose(on_pages(square + 3, np.array([1]), sizes), on_pages(square, np.array([1]), sizes))
-    np.testing.assert_allclose(on_pages(square, np.array([-1]), sizes)[0], [[0, 1]] * 3)
+    with_grey = np.array([[8, 4], [1, 1]])
+    np.testing.assert_allclose(on_pages(square, np.array([1]), with_grey)[0], [[1 / 16, 0.1]] * 3)
+
+
+@pytest.mark.parametrize("plain", ["newmtl b\nKd 1 1 1\n", ""])
+def test_a_material_without_a_picture_beside_one_that_has_one_is_grey(tmp_path, plain):
+    """The one picture would show everywhere."""
+    two_pages(tmp_path)
+    (tmp_path / "a.mtl").write_text(f"newmtl a\nmap_Kd one.png\n{plain}")
+    scan = read_scan(tmp_path / "a.obj")
+    assert [colour_at(scan, i) for i in range(4)] == [RED, RED, (128,) * 3, (128,) * 3]
 
 
 def test_a_page_that_is_no_picture_is_one_line(tmp_path):

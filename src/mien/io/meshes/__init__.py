@@ -19,9 +19,9 @@ from .obj import read_obj, write_obj
 from .ply import read_ply, write_ply
 from .polygons import weld
 from .stl import read_stl
-from .texture_pages import read_pages
+from .texture_pages import Pages, read_pages
 
-Picture = Path | tuple[Path, ...] | None
+Picture = Path | Pages | None
 """Where a mesh's colours are: one picture, several pages, or none."""
 READERS: dict[str, Callable[[Path], tuple[Mesh, Picture]]] = {".obj": read_obj, ".ply": read_ply, ".stl": read_stl}
 WRITERS: dict[str, Callable[[Path, Mesh, UInt8[np.ndarray, "h w 3"] | None], None]] = {

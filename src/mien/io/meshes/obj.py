@@ -14,7 +14,7 @@ from ...text.parse_numbers import SPACE, parse_floats, parse_integers, token_sta
 from .images import write_image
 from .materials import pictures_of
 from .polygons import fan
-from .texture_pages import NO_PAGE, mesh_on_pages
+from .texture_pages import Pages, mesh_on_pages
 
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 """Which some editors put ahead of UTF-8 text."""
@@ -23,13 +23,13 @@ _NO_NUMBER = re.compile(rb"-?\d\.#[A-Za-z]+\d*")
 """How some C libraries print what is no number: `1.#QNAN`, `-1.#IND`."""
 
 
-def read_obj(path: str | Path) -> tuple[Mesh, Path | tuple[Path, ...] | None]:
+def read_obj(path: str | Path) -> tuple[Mesh, Path | Pages | None]:
     """The mesh of an OBJ file in the file's unit, and where its colour picture is, or its several pages are.
 
     Polygons become fans of triangles; groups and materials are one mesh; normals, lines and points are left out. Vertex
     colours are read from `v x y z r g b`. The picture is the `map_Kd` of the first material used, else an image of the
     same name beside the file; None where there is none. Where materials have several pictures, texture coordinates are
-    those of all of them above each other (see `texture_pages`).
+    those of all of them above each other (see `texture_pages`); so too where some have one and others none.
 
     Raises:
         BadInput: missing, binary, a line that is no number, an index of a vertex that is not there.
@@ -211,14 +211,13 @@ def _texture_corners(
     return uv, index[triangles]
 
 
-def _pages(text: _Text) -> tuple[tuple[Path, ...], Int[np.ndarray, " polygons"]]:
-    """The pictures of the materials that polygons use, and which of them each polygon has; -1 for none."""
+def _pages(text: _Text) -> tuple[Pages, Int[np.ndarray, " polygons"]]:
+    """The pictures of the materials that polygons use (None for those without), and which of them each polygon has."""
     pictures, used = pictures_of(text.path, _names(text, b"mtllib")), _names(text, b"usemtl")
     before = np.cumsum(text.is_kind(b"usemtl"))[text.is_kind(b"f")]
-    of_material = [pictures.get(name) for name in used]
-    found = [picture for i in np.unique(before[before > 0]) if (picture := of_material[i - 1]) is not None]
-    pages = tuple(dict.fromkeys(found))
-    numbers = [NO_PAGE] + [NO_PAGE if p not in pages else pages.index(p) for p in of_material]
+    of_material = [None, *(pictures.get(name) for name in used)]
+    pages = tuple(dict.fromkeys(of_material[i] for i in np.unique(before)))
+    numbers = [pages.index(picture) if picture in pages else 0 for picture in of_material]
     return pages, np.array(numbers, np.int64)[before]
 
 

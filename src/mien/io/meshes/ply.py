@@ -15,7 +15,7 @@ from .images import write_image
 from .materials import file_beside
 from .ply_header import PlyElement, PlyProperty, read_ply_header
 from .polygons import fan, strip_triangles, weld
-from .texture_pages import NO_PAGE, mesh_on_pages
+from .texture_pages import Pages, mesh_on_pages
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ _Columns = dict[str, _Column]
 _NONE = _Column(np.zeros(0, np.int64), np.zeros(0, np.int64))
 
 
-def read_ply(path: str | Path) -> tuple[Mesh, Path | tuple[Path, ...] | None]:
+def read_ply(path: str | Path) -> tuple[Mesh, Path | Pages | None]:
     """The mesh of a PLY file in the file's unit, and where its colour picture is, or its several pages are.
 
     Polygons become fans of triangles, strips (`tristrips`) triangles. Pictures are those that `comment TextureFile`
@@ -71,8 +71,9 @@ def read_ply(path: str | Path) -> tuple[Mesh, Path | tuple[Path, ...] | None]:
     if len(pages) < 2 or "texnumber" not in face or len(there) < len(pages):
         return mesh, there[0]
     number = np.repeat(face["texnumber"].items.astype(np.int64), np.maximum(corners.counts - 2, 0))
-    own = np.where((number >= 0) & (number < len(there)), number, NO_PAGE)
-    return mesh_on_pages(mesh, own, there), tuple(there)
+    numbered = (number >= 0) & (number < len(there))
+    paths = there if numbered.all() else [*there, None]
+    return mesh_on_pages(mesh, np.where(numbered, number, len(there)), paths), tuple(paths)
 
 
 def _corner_lists(face: _Columns) -> _Column:
