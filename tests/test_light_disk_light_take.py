@@ -55,6 +55,9 @@ def test_each_fault_is_one_clear_line(folder):
     shutil.copy(folder / "left" / "6.png", folder / "left" / "7.png")
     with pytest.raises(BadInput, match="the same picture as 6"):
         read_light_take(folder).capture(0)
+    shutil.copy(folder / "left" / "2.png", folder / "left" / "7.png")
+    with pytest.raises(BadInput, match="the same picture as 2"):
+        read_light_take(folder).capture(0)
     save(folder / "left" / "7.png", np.zeros((100, 80)))
     with pytest.raises(BadInput, match="80 x 100"):
         read_light_take(folder).capture(0)

@@ -90,6 +90,25 @@ def test_pictures_of_another_rig_are_told(still):
         decode_capture({"left": still.images["left"]}, still.patterns, replace(still.rig, projector=None), COARSE)
 
 
+def test_each_fault_of_a_whole_capture_is_one_clear_line(still):
+    order = np.arange(len(still.patterns))
+    order[[8, 9]] = 9, 8
+    left, right = still.rig.cameras
+    other = replace(right, camera=replace(right.camera, fx=1.3 * right.camera.fx, fy=1.3 * right.camera.fy))
+    for images, rig, line in (
+        (
+            {name: seen ** (1 / 2.2) for name, seen in still.images.items()},
+            still.rig,
+            "right|left: the camera looks gamma",
+        ),
+        ({name: np.roll(seen, 1, axis=0) for name, seen in still.images.items()}, still.rig, "another order"),
+        ({name: seen[order] for name, seen in still.images.items()}, still.rig, "the lamps' conditions"),
+        (still.images, replace(still.rig, cameras=(left, other)), "swapped, or"),
+    ):
+        with pytest.raises(BadInput, match=line):
+            decode_capture(images, still.patterns, rig, COARSE)
+
+
 def test_points_off_the_projectors_planes_are_another_rigs():
     rig = light_scene.rig()
     left = rig.cameras[0]

@@ -13,6 +13,9 @@ from .patterns import PatternSet, bits_of
 CLEAR = 0.04
 """A Gray bit is clear where pattern and inverse differ by this share of full scale. One may be unclear: between two
 pixels of the projector a single bit changes, and either value is right to a pixel."""
+APART = 1 / 10
+"""Of a period, median between phase and code, from which on they have nothing to do with one another: that comes to
+1 / 8 for two swapped steps of four, and to 1 / 4 at random."""
 WINDOW = 5
 """Pixels a side over which whole-pixel codes are averaged: the plane through them, at its centre."""
 
@@ -86,7 +89,7 @@ def decode_phase(
     """Columns from a phase shift, its period told by the Gray code of the same axis.
 
     Raises:
-        BadInput: steps of several periods, or no code to unwrap by.
+        BadInput: steps of several periods, no code to unwrap by, or one that has nothing to do with the phase.
     """
     slots = patterns.of("sinusoid", axis="x")
     periods = {patterns.patterns[slot].periods for slot in slots}
@@ -99,6 +102,8 @@ def decode_phase(
     coarse = decode_gray(images, patterns, "x", smooth=False).pixel
     columns = within + period * np.round((coarse - within) / period)
     sound = lit & (swing > config.noise) & (np.abs(columns - coarse) < period / 2)
+    if sound.any() and np.median(np.abs(columns - coarse)[sound]) > APART * period:
+        raise BadInput("phase shift and Gray code tell different columns: wrong order of the steps, or another list")
     sigma = config.noise * period / (2 * np.pi) * np.sqrt(2 / len(slots)) / np.maximum(swing, config.noise)
     return Decoded(np.where(sound, columns, np.nan), np.where(sound, sigma, np.nan))
 

@@ -15,6 +15,7 @@ from .light_rig import LightRig, RigView
 from .motion import MotionConfig, compensated, slot_flow
 from .normals import GlossConfig, NormalMap, gradient_normals, without_highlights
 from .patterns import PatternSet
+from .self_check import check_gradients, check_signal
 from .triangulate import (
     DepthMap,
     TriangulateConfig,
@@ -24,8 +25,9 @@ from .triangulate import (
     triangulate_projector,
 )
 
-WORST_COLUMNS = 8.0
-"""Median distance of points from their planes of light, projector pixels, at which a calibration is another rig's."""
+WORST_COLUMNS = 0.003
+"""Median distance of points from their planes of light, share of the projector's width, at which a calibration is
+another rig's: a good one leaves 0.0001, a focal length of another lens (a tenth longer) 0.003, swapped cameras 0.02."""
 SHAPE_REACH = 3
 """Pixels to either side over which a triangulated surface's normals are taken where light is judged by them."""
 
@@ -88,6 +90,9 @@ def light_sources(
     """
     views = [view for view in rig.cameras if view.name in images]
     check(images, views, patterns)
+    for view in views:
+        pictures = images[view.name]
+        check_signal(pictures, patterns, view.name, rig.gamma, config.decode)
     shown = [lit_cutout(images[view.name], view, patterns, config.decode) for view in views]
     flows = [flow_between(cut.images, patterns, config) for cut in shown]
     depth = base_geometry(shown, flows, patterns, rig, config)
@@ -95,7 +100,10 @@ def light_sources(
     if not patterns.of("gradient"):
         return LightSources(first.view, first.box, depth, None, first.images[patterns.one("full")])
     steady = at_one_moment(first.images, flows[0], patterns, config.motion)
-    light = gradient_normals(steady, patterns, rig.R_view_lamps(first.view))
+    R_view_lamps = rig.R_view_lamps(first.view)
+    leaning = surface_normals(depth.z, first.view.camera)
+    check_gradients(steady, patterns, R_view_lamps, leaning)
+    light = gradient_normals(steady, patterns, R_view_lamps)
     check_light(depth, light, first.view)
     shape = shape_normals(depth, first.view)
     rays = pixel_rays(first.view.camera)
@@ -164,7 +172,10 @@ def check_light(depth: DepthMap, light: NormalMap, view: RigView) -> None:
     both = np.isfinite(geometry).all(-1) & light.known
     leaning = geometry[both][:, 0]
     told = light.normals[both][:, 0]
-    if len(told) and np.corrcoef(leaning, told)[0, 1] < 0:
+    if not len(told):
+        return
+    alike = np.corrcoef(leaning, told)[0, 1]
+    if alike < 0:
         raise BadInput(
             "the surface is hollow where its light says it bulges: the two cameras' pictures are swapped, "
             "or the lamps' axes in the calibration (R_rig_lamps) are mirrored"
@@ -184,10 +195,12 @@ def check_projector(depth: DepthMap, view: RigView, projector: RigView, seen: De
     T_projector_view = projector.T_view_rig @ view.T_view_rig.inverse()
     ideal = projector.camera.project(T_projector_view.apply(points))
     columns = projector.distorted(ideal)[:, 0]
-    off = np.median(np.abs(columns - seen.pixel[known]))
-    if off > WORST_COLUMNS:
+    off = np.abs(columns - seen.pixel[known])
+    off = np.median(off)
+    width = projector.camera.width
+    if off > WORST_COLUMNS * width:
         raise BadInput(
-            f"points of the two cameras lie {off:.0f} projector pixels off the patterns on them: "
+            f"points of the two cameras lie {off:.1f} projector pixels off the patterns on them: "
             "the cameras' pictures are swapped, or the calibration is of another rig"
         )
 

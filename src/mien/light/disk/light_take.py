@@ -1,6 +1,7 @@
 """A folder of active-light pictures: patterns.json, calibration.json, and one folder of pictures a camera."""
 
 import re
+import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +14,7 @@ from ...errors import BadInput
 from ...files import existing
 from ...pictures.color import to_linear
 from ..light_rig import LightRig, read_rig
-from ..patterns import PatternSet, read_patterns
+from ..patterns import LightPattern, PatternSet, read_patterns
 
 PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp")
 DARK, BRIGHT = 0.02, 0.98
@@ -141,12 +142,20 @@ def one_size(images: list[np.ndarray], paths: tuple[Path, ...]) -> None:
 
 
 def _no_double(images: list[np.ndarray], paths: tuple[Path, ...], patterns: PatternSet) -> None:
-    """Sensors have noise: two pictures alike to the last bit are one, stored twice."""
-    for i in range(1, len(images)):
-        if patterns.patterns[i] != patterns.patterns[i - 1] and np.array_equal(images[i], images[i - 1]):
+    """Sensors have noise: two pictures alike to the last bit are one, stored twice, unless they show the same light."""
+    seen: dict[int, int] = {}
+    for i, image in enumerate(images):
+        first = seen.setdefault(zlib.crc32(image.tobytes()), i)
+        if shown(patterns, i) != shown(patterns, first) and np.array_equal(image, images[first]):
             raise BadInput(
-                f"{paths[i]}: the same picture as {paths[i - 1].name}; one is doubled, so the slots do not fit"
+                f"{paths[i]}: the same picture as {paths[first].name}; one is doubled, so the slots do not fit"
             )
+
+
+def shown(patterns: PatternSet, slot: int) -> LightPattern:
+    """The slot's light; the tracking frame has the constant condition's."""
+    pattern = patterns.patterns[slot]
+    return LightPattern("constant") if pattern.kind == "tracking" else pattern
 
 
 def _exposed(images: list[np.ndarray], paths: tuple[Path, ...], patterns: PatternSet) -> None:
