@@ -125,6 +125,7 @@ def main() -> None:
     parser.add_argument("--kind", choices=("muscles", "bent"), default="muscles")
     parser.add_argument("--levels", type=int, default=3, help="of the skin; 2 is quick")
     parser.add_argument("--frames", type=int, default=20, help="of a training clip")
+    parser.add_argument("--clips", nargs="*", help="training clips by name; all where not given")
     parser.add_argument("--size", type=int, default=512, help="of the medium map; the fine one has twice as much")
     parser.add_argument("--orders", type=int, nargs="*", default=[1, 2, 3])
     parser.add_argument("--only", nargs="*", default=["accuracy", "placement", "speed", "growth"])
@@ -133,6 +134,9 @@ def main() -> None:
     stage = detail_stage(
         given.seed, DetailStageConfig(kind=given.kind, levels=given.levels, frames=given.frames)
     )
+    if given.clips:
+        clips = tuple(clip for clip in stage.training.clips if clip.name in given.clips)
+        stage = replace(stage, training=replace(stage.training, clips=clips))
     stage = replace(stage, training=kept_in_memory(stage.training), unseen=kept_in_memory(stage.unseen))
     vertices = len(stage.training.mesh.vertices)
     print(f"{given.kind}, seed {given.seed}: {len(stage.training)} frames of {vertices:,} vertices, "

@@ -110,3 +110,16 @@ def test_missing_markers_other_counts_and_no_motion_are_refused(scene):
         deformation_vectors(strains, reference[None, :24])
     with pytest.raises(BadInput, match="no marker moves"):
         fit_domain(strains, coarse, np.zeros((3, 25, 5)))
+
+
+def test_beyond_the_trained_range_detail_is_what_it_was_at_its_end(scene):
+    """A stretch by a tenth was trained on: d under a fifth is that under a tenth; within the range nothing changes."""
+    reference, coarse, strains = scene
+    trained = np.stack([reference * [1, 1 + 0.1 * a, 1] for a in np.linspace(0, 1, 5)])
+    domain = fit_domain(strains, coarse, deformation_vectors(strains, trained))
+    np.testing.assert_allclose(domain.vectors(trained), deformation_vectors(strains, trained), atol=1e-9)
+    beyond = np.stack([reference * [1, 1.2, 1], reference * [1, 0.9, 1]])
+    within = np.einsum("tka,kad->tkd", domain.vectors(beyond), domain.bases)
+    ends = np.einsum("tka,kad->tkd", domain.vectors(trained[[-1, 0]]), domain.bases)
+    strong = np.abs(domain.limits).max(axis=0) > 0.5
+    np.testing.assert_allclose(within[:, strong], ends[:, strong], atol=0.05)

@@ -8,7 +8,6 @@ import pytest
 
 from detail_patch import bent, marker_places, patch, training
 from mien.detail.base_mesh import BaseConfig
-from mien.detail.domain import deformation_vectors
 from mien.detail.drive import Drive
 from mien.detail.fit import DetailConfig, fit_detail
 from mien.detail.polynomial import PolynomialConfig
@@ -62,7 +61,7 @@ def test_the_shader_finds_what_the_library_finds(played, tmp_path):
     made = Synthesizer(model, SynthesisConfig(fine_map=False)).frame(drive.positions[4])
     np.testing.assert_allclose(texels[:, :3], made.vertices, atol=0.1)
     assert np.sqrt(((texels[:, :3] - made.vertices) ** 2).mean()) < 0.01
-    vectors = deformation_vectors(model.domain.strains, drive.positions)[4]
+    vectors = model.domain.vectors(drive.positions)[4]
     field = Synthesizer(model)._medium.field
     expected = at_vertices(model.fine, model.base.uv).evaluate(field.parameters(vectors))[:, 0]
     np.testing.assert_allclose(texels[:, 3], expected, atol=2e-3)

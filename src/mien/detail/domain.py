@@ -56,6 +56,18 @@ class Domain:
     """Share of the deformation that the first 1 to 5 directions hold, averaged over the markers (table 1)."""
     replaced: int
     """Markers whose bases smoothing replaced."""
+    limits: Float[np.ndarray, "2 k 2"]
+    """Least and greatest d1 and d2 at each marker over the training frames and the neutral, mm."""
+
+    def vectors(self, positions: Float[np.ndarray, "frames k 3"]) -> Float[np.ndarray, "frames k 5"]:
+        """`deformation_vectors` that go no farther along Q and R than in training.
+
+        Beyond what it was fitted to a polynomial of few frames goes anywhere; there the detail stays as it was at the
+        end of the range.
+        """
+        free = deformation_vectors(self.strains, positions)
+        d = np.einsum("tka,kad->tkd", free, self.bases)
+        return free + np.einsum("tkd,kad->tka", np.clip(d, *self.limits) - d, self.bases)
 
 
 def marker_strains(
@@ -153,7 +165,9 @@ def fit_domain(strains: Strains, coarse: MarkerMesh, vectors: Float[np.ndarray, 
     energies = np.cumsum(values[moving] / total[moving, None], axis=1).mean(axis=0)
     bases = agreeing_planes(coarse, directions[:, :, :2], total)
     smooth, replaced = smooth_bases(coarse, bases, strains.config)
-    return Domain(strains, coarse, smooth, energies, replaced)
+    d = np.einsum("tka,kad->tkd", vectors, smooth)
+    limits = np.stack([d.min(axis=0, initial=0.0), d.max(axis=0, initial=0.0)])
+    return Domain(strains, coarse, smooth, energies, replaced, limits)
 
 
 def agreeing_planes(

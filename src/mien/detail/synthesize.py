@@ -10,7 +10,6 @@ from jaxtyping import Float, Float32
 
 from ..mesh import Attachment, Mesh, loop_subdivide
 from ..mesh.subdivide import Refinement
-from .domain import deformation_vectors
 from .fields import DrivenMap, parameter_field
 from .fit import DetailMap, DetailModel
 from .polynomial import PolynomialMap
@@ -75,7 +74,7 @@ class Synthesizer:
             markers: aligned rigidly with the neutral (`HeadMarkers.aligned`), mm.
         """
         model, config = self.model, self.config
-        vectors = deformation_vectors(model.domain.strains, markers[None])[0]
+        vectors = model.domain.vectors(markers[None])[0]
         vertices = self.shell(markers)
         if config.medium:
             vertices = self._displaced(vertices, vectors)

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float, Int, UInt8
 
-from ..detail.domain import deformation_vectors
 from ..detail.fields import parameter_field
 from ..detail.fit import DetailConfig, DetailModel, HighPass, texel_mm
 from ..detail.sampling import Sampler
@@ -41,7 +40,7 @@ def last_frame(training: TrainingSet, clip: Clip, head: HeadMarkers | None = Non
 
 def vectors_of(model: DetailModel, aligned: Aligned) -> Float[np.ndarray, "k 5"]:
     """A frame's deformation vectors."""
-    return deformation_vectors(model.domain.strains, aligned.markers[None])[0]
+    return model.domain.vectors(aligned.markers[None])[0]
 
 
 def deformation_fields(model: DetailModel, training: TrainingSet) -> Picture:

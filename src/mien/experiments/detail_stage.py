@@ -8,7 +8,6 @@ import numpy as np
 from jaxtyping import Float
 
 from ..detail.base_mesh import BaseConfig, base_mesh
-from ..detail.domain import deformation_vectors
 from ..detail.fit import DetailMap, DetailModel
 from ..detail.sampling import Sampler, interpolated, sampler
 from ..detail.texture_space import Texels, sample, with_gutter
@@ -155,7 +154,7 @@ def evaluated(detail: DetailMap, vectors: Float[np.ndarray, "k 5"]) -> Float[np.
 
 def _errors(model: DetailModel, grid: Sampler, aligned: Aligned, static: tuple[np.ndarray, np.ndarray]) -> list[float]:
     truth = grid.displacement(aligned)
-    vectors = deformation_vectors(model.domain.strains, aligned.markers[None])[0]
+    vectors = model.domain.vectors(aligned.markers[None])[0]
     medium, full = layers(model, grid, vectors)
     marked = model.medium.texels.image(model.medium.unreliable.astype(float))
     assert model.base.uv is not None

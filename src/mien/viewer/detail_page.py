@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from ..detail.domain import deformation_vectors
 from ..detail.drive import Drive
 from ..detail.fields import QUADRATIC, parameter_field
 from ..detail.fit import DetailMap, DetailModel
@@ -63,7 +62,7 @@ def page_data(model: DetailModel, drive: Drive, rate: float) -> dict:
     rest = np.concatenate([base.vertices[None], modes])
     along_u, along_v = texture_gradients(base)
     layers = np.concatenate([rest, *(np.stack([G @ mode for mode in rest]) for G in (along_u, along_v))])
-    vectors = deformation_vectors(model.domain.strains, drive.positions)
+    vectors = model.domain.vectors(drive.positions)
     forms = np.stack([field.forms(frame) for frame in vectors])
     rows = -(-len(base.vertices) // WIDTH)
     medium = at_vertices(model.medium, base.uv).coefficients

@@ -54,6 +54,7 @@ def write_detail(folder: str | Path, model: DetailModel, half: bool = False) -> 
         "bases": model.domain.bases.tolist(),
         "energies": model.domain.energies.tolist(),
         "replaced": model.domain.replaced,
+        "limits": model.domain.limits.tolist(),
         "shell": asdict(model.shell.config),
         "domain": asdict(model.domain.strains.config),
         "medium": {"order": model.medium.polynomial.order, "size": model.medium.texels.size},
@@ -84,7 +85,8 @@ def read_detail(folder: str | Path) -> DetailModel:
         coarse = marker_mesh(base, attachment)
         config = DomainConfig(**record["domain"])
         strains = marker_strains(base, attachment, head.reference, coarse, texture_gradients(base), config)
-        domain = Domain(strains, coarse, bases, np.array(record["energies"], float), int(record["replaced"]))
+        limits = np.array(record["limits"], float).reshape(2, len(bases), 2)
+        domain = Domain(strains, coarse, bases, np.array(record["energies"], float), int(record["replaced"]), limits)
         medium = _read_map(folder / "medium.exr", record["medium"], MEDIUM_CHANNELS, base, attachment, domain)
         fine = None
         if record["fine"] is not None:
