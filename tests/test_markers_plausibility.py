@@ -23,6 +23,7 @@ def test_a_face_passes_without_a_word():
         (Fit(2.0, 10.0, 12.0, 0.5), "as no expression does"),
         (Fit(2.0, 5.3, 4.9, 0.2), "as no expression does"),
         (Fit(1.9, 0.5, 0.5, 0.0), "the other way round"),
+        (Fit(1.1, 2.9, 2.5, 0.01), "2.9 mm as no expression does, and lie on it as well the other way"),
     ],
 )
 def test_what_no_face_does_is_refused_and_says_why(fit, says):

@@ -25,6 +25,8 @@ class PlausibilityConfig:
     """Markers that move less than this against one another, rms, are a thing that is carried about."""
     still_fewest: int = 12
     """... and fewer than so many that do not move lie on anything."""
+    moving_mm: float = 1.5
+    """Markers that move this much tell besides whether a face moves them, if they lie on it either way round."""
     least_margin: float = 0.03
     """An alignment no better than another by this share is a coin's toss (faces: 0.2 to 0.85)."""
     sure_margin: float = 0.15
@@ -80,6 +82,11 @@ def why_no_face(fit: Fit, config: PlausibilityConfig) -> str:
     unexplained = fit.residual_mm / max(fit.motion_mm, config.still_mm)
     if fit.motion_mm > config.worst_shape_mm and unexplained > (config.unexplained if doubtful else 1.0):
         return f"the markers move by {fit.motion_mm:.0f} mm as no expression does"
+    if fit.margin < config.least_margin and fit.motion_mm > config.moving_mm and unexplained > config.unexplained:
+        return (
+            f"the markers move by {fit.motion_mm:.1f} mm as no expression does, and lie on it as well the other way "
+            "round"
+        )
     if fit.margin < config.least_margin and doubtful:
         return f"the markers stand {fit.shape_mm:.1f} mm off the nearest face and lie on it as well the other way round"
     return ""
