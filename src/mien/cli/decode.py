@@ -26,6 +26,8 @@ def decode(
     board: str | None = None,
     projector: str = "1024x768",
     clips: bool = False,
+    lamps: bool = False,
+    gamma: float = 2.2,
     training: Annotated[TrainingConfig, Parameter(name="*")] = TrainingConfig(),
     light: Annotated[LightConfig, Parameter(name="*")] = LightConfig(),
 ) -> None:
@@ -53,16 +55,24 @@ def decode(
         Its size in pixels, for --show and --board.
     clips
         Follow the dots on the face through each clip and bring all scans into the texture space of the neutral.
+    lamps
+        One near lamp after the other: their places (mm, camera space), pictures and K from lights.json.
+    gamma
+        Of the pictures under --lamps: 2.2 stands for sRGB, 1 for linear.
     """
     if show is not None:
-        refuse_unused("with --show", "source", "calibration", "board", "light", "clips", "training")
+        refuse_unused("with --show", "source", "calibration", "board", "light", "clips", "training", "lamps", "gamma")
         return show_patterns(show, projector, output or Path("patterns"))
     if source is None:
         raise BadInput("decode: name a folder of pictures, or --show patterns for a projector")
     if board is not None:
-        refuse_unused("with --board", "calibration", "light", "clips", "training")
+        refuse_unused("with --board", "calibration", "light", "clips", "training", "lamps", "gamma")
         return calibrate_rig(existing(source), board, projector, output or Path("calibration.json"))
     refuse_unused("without --show or --board", "projector")
+    if lamps:
+        refuse_unused("with --lamps", "calibration", "light", "clips", "training")
+        return decode_lamps(source, output or Path("scan.exr"), gamma)
+    refuse_unused("without --lamps", "gamma")
     if clips:
         return decode_clips(source, calibration, output or Path("clips"), light, training)
     refuse_unused("without --clips", "training")
@@ -116,6 +126,18 @@ def decode_take(source: Path, calibration: Path | None, output: Path, config: Li
     if not written:
         raise BadInput(f"{source}: no capture could be decoded; the lines above say why")
     print(f"{output}: {written} of {len(take)} captures")
+
+
+def decode_lamps(source: Path, output: Path, gamma: float) -> None:
+    """One face under near lamps, one at a time."""
+    from ..light.disk.lamp_take import lamp_scan, read_lamp_take
+
+    check_outputs({"a scan": output}, [source])
+    take = read_lamp_take(source, gamma)
+    scan, words = lamp_scan(take)
+    write_scan(output, scan)
+    print(words)
+    print(f"{output}: {scan!r}")
 
 
 def decode_clips(
