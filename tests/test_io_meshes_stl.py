@@ -24,6 +24,8 @@ def test_stl_refusals(tmp_path):
     assert "cut off" in refusal(path, data[:-1])
     assert "no triangles" in refusal(path, data[:80] + bytes(4)) or "no vertices" in refusal(path)
     assert "not an STL" in refusal(path, b"hello")
+    signalling = bytes.fromhex("0100807f")
+    assert "not finite" in refusal(path, data[:96] + signalling + data[100:])
     trimesh.creation.box().export(path, file_type="stl_ascii")
     text = path.read_bytes()
     assert "cut off" in refusal(path, text[: len(text) // 2])

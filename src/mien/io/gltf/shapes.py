@@ -14,7 +14,7 @@ def shape_names(glb: Glb, mesh: dict[str, Any]) -> tuple[str, ...]:
     """From `extras.targetNames` of the mesh or its first primitive, else the accessors' names, else `target_000`, ...
 
     Raises:
-        BadInput: fewer or more names than targets, or two alike.
+        BadInput: no list, fewer or more names than targets, or two alike.
     """
     targets = mesh["primitives"][0]["targets"]
     holders = (mesh, mesh["primitives"][0])
@@ -22,6 +22,9 @@ def shape_names(glb: Glb, mesh: dict[str, Any]) -> tuple[str, ...]:
     if names is None:
         accessors = [glb.json["accessors"][target["POSITION"]] if "POSITION" in target else {} for target in targets]
         names = [accessor.get("name") or f"target_{i:03d}" for i, accessor in enumerate(accessors)]
+    if not isinstance(names, list):
+        raise BadInput(f"{glb.path}: its targetNames are no list; export it again")
+    names = [str(name) for name in names]
     if len(names) != len(targets):
         raise BadInput(f"{glb.path}: has {len(targets)} morph targets but {len(names)} targetNames; export it again")
     twice = [name for i, name in enumerate(names) if name in names[:i]]

@@ -34,7 +34,8 @@ def read_stl(path: str | Path) -> tuple[Mesh, None]:
         raise BadInput(f"{path}: is no STL, or cut off: {count} triangles need {need} bytes, it has {len(data)}")
     else:
         raise BadInput(f"{path}: is not an STL file; export it again")
-    corners = corners.astype(np.float64)
+    with np.errstate(invalid="ignore"):  # not-a-numbers that signal: what they lead to is refused where surfaces are
+        corners = corners.astype(np.float64)
     if len(corners) == 0:
         return Mesh(corners, np.zeros((0, 3), np.int64)), None
     place = weld(corners)
