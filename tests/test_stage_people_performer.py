@@ -6,6 +6,7 @@ import pytest
 from mien.faces.bundled import load_face
 from mien.faces.lids import gaps
 from mien.stage import STRANGER, PerformerConfig, StyleConfig, make_performer
+from mien.stage.people.anatomy import rigid_motion
 from mien.stage.people.make_performer import LIP_OVERLAP
 
 NO_STYLE = StyleConfig(gain=0.0, turn=0.0, extra=0.0, bow=0.0, saturation=0.0, mixing=0.0)

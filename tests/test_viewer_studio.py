@@ -214,7 +214,8 @@ def test_two_points_are_picked_on_two_scans(chromium, tmp_path):
     box = page.locator("#canvas").bounding_box()
     for side in (0.25, 0.75):
         page.mouse.click(box["x"] + side * box["width"], box["y"] + 0.5 * box["height"])
-    page.wait_for_function("studio.correspond.done.startsWith('Saved')")
+    page.wait_for_function("document.body.innerText.includes('points 1')")
+    page.evaluate("studio.correspond.queue")
     pair = read_constraints(tmp_path / "constraints.json")[0]
     assert pair.scans == ("calm.ply", "smile.ply")
     one, two = pair.points[:, 0]
