@@ -18,14 +18,14 @@ demo: $(STAMP)
 # The types are checked beside the tests: one process leaves a core idle.
 test: setup
 	$(BIN)/ruff check src tests tools benchmarks examples clients
-	@$(BIN)/pyright > .pyright.log 2>&1 & types=$$!; \
+	@$(BIN)/pyright --level error > .pyright.log 2>&1 & types=$$!; \
 	$(BIN)/python -m pytest -n 2 --dist loadfile; tests=$$?; \
 	wait $$types; types=$$?; tail -n 40 .pyright.log; rm -f .pyright.log; \
 	[ $$tests -eq 0 ] && [ $$types -eq 0 ]
 
 lint: $(STAMP)
 	$(BIN)/ruff check src tests tools benchmarks examples
-	$(BIN)/pyright
+	$(BIN)/pyright --level error
 
 bench: setup
 	@for b in benchmarks/[a-z]*.py; do echo "== $$b"; $(BIN)/python $$b || exit 1; done
