@@ -20,3 +20,7 @@ class Silent:
 
 
 SILENT = Silent()
+
+
+def unheard(_: str) -> None:
+    """What is told to nobody: stands in for a `tell`."""

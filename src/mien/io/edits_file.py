@@ -13,6 +13,7 @@ from typing import Any
 
 from ..errors import BadInput
 from ..files import whole
+from ..progress import unheard
 from ..rig import Performance
 from ..rig.edits import FADE_S, Edits, Key, apply_edits
 from .performances import read_any_performance, write_any_performance
@@ -72,7 +73,7 @@ def write_layer(path: str | Path, told: dict[str, Any]) -> None:
         temporary.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
 
 
-def read_captured(path: str | Path, tell: Callable[[str], None] = lambda _: None) -> Performance:
+def read_captured(path: str | Path, tell: Callable[[str], None] = unheard) -> Performance:
     """The capture itself: where corrections are baked into `path`, from the file beside it.
 
     Raises:
@@ -85,7 +86,7 @@ def read_captured(path: str | Path, tell: Callable[[str], None] = lambda _: None
     return read_any_performance(path, tell)
 
 
-def read_edited(path: str | Path, tell: Callable[[str], None] = lambda _: None) -> Performance:
+def read_edited(path: str | Path, tell: Callable[[str], None] = unheard) -> Performance:
     """The capture with the corrections that lie beside it.
 
     Raises:
@@ -94,7 +95,7 @@ def read_edited(path: str | Path, tell: Callable[[str], None] = lambda _: None) 
     return _edited(path, read_captured(path, tell), tell)
 
 
-def write_edited(path: str | Path, performance: Performance, tell: Callable[[str], None] = lambda _: None) -> None:
+def write_edited(path: str | Path, performance: Performance, tell: Callable[[str], None] = unheard) -> None:
     """Write a new capture; corrections that lie beside it are applied, and the capture is kept beside it.
 
     Raises:

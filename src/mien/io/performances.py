@@ -5,6 +5,7 @@ from pathlib import Path
 
 from ..errors import BadInput
 from ..files import existing
+from ..progress import unheard
 from ..rig import Performance
 from . import usd
 from .gltf import read_performance, write_performance
@@ -14,11 +15,7 @@ READ = (*GLTF, *usd.SUFFIXES)
 WRITTEN = (".glb", *usd.SUFFIXES)
 
 
-def _unheard(_: str) -> None:
-    """Nobody listens."""
-
-
-def read_any_performance(path: str | Path, tell: Callable[[str], None] = _unheard) -> Performance:
+def read_any_performance(path: str | Path, tell: Callable[[str], None] = unheard) -> Performance:
     """A performance from `.glb`, `.gltf`, `.vrm` (`gltf.read_performance`) or USD (`usd.read_performance`).
 
     `tell` hears what was left out.

@@ -10,6 +10,7 @@ from jaxtyping import Float
 from ..errors import BadInput
 from ..files import existing
 from ..mesh import Scan
+from ..progress import unheard
 from ..rig import Rig
 from ..units import UNITS
 from . import usd
@@ -32,11 +33,7 @@ _LISTED = 4
 """Files named in a message."""
 
 
-def _unheard(_: str) -> None:
-    """Nobody listens."""
-
-
-def read_any_rig(path: str | Path, unit: str | None = None, tell: Callable[[str], None] = _unheard) -> Rig:
+def read_any_rig(path: str | Path, unit: str | None = None, tell: Callable[[str], None] = unheard) -> Rig:
     """Read a rig: `.glb`, `.gltf`, `.vrm` (`gltf.read_rig`), USD, or a folder of OBJ or PLY (`read_rig_folder`).
 
     `tell` hears a line on what was assumed.
@@ -69,7 +66,7 @@ def write_any_rig(path: str | Path, rig: Rig) -> None:
     write(path, rig)
 
 
-def read_rig_folder(folder: str | Path, unit: str | None = None, tell: Callable[[str], None] = _unheard) -> Rig:
+def read_rig_folder(folder: str | Path, unit: str | None = None, tell: Callable[[str], None] = unheard) -> Rig:
     """A rig from a folder of meshes with the same vertices: the one named neutral and its shapes.
 
     Shapes are named after the files' stems, in alphabetical order. Faces, texture and colours are the neutral's. `unit`

@@ -13,13 +13,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 from ...errors import BadInput
+from ...progress import unheard
 from ...rig import Performance, Rig
 
 SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
-
-
-def _unheard(_: str) -> None:
-    """Nobody listens."""
 
 
 def write_rig(path: str | Path, rig: Rig) -> None:
@@ -51,7 +48,7 @@ def write_performance(path: str | Path, performance: Performance) -> None:
     write_face(Path(path), unit.rig, unit)
 
 
-def read_rig(path: str | Path, tell: Callable[[str], None] = _unheard) -> Rig:
+def read_rig(path: str | Path, tell: Callable[[str], None] = unheard) -> Rig:
     """The rig of a USD file of any program: the mesh with the most blend shapes, as it stands at rest, millimetres.
 
     Polygons become triangles; units and up axis are the stage's. `tell` hears what is left out (inbetweens).
@@ -65,7 +62,7 @@ def read_rig(path: str | Path, tell: Callable[[str], None] = _unheard) -> Rig:
     return open_face(Path(path), tell).rig()
 
 
-def read_performance(path: str | Path, tell: Callable[[str], None] = _unheard) -> Performance:
+def read_performance(path: str | Path, tell: Callable[[str], None] = unheard) -> Performance:
     """The rig of a USD file (`read_rig`) and the animation of its blend shapes and of what moves its mesh.
 
     A mesh that is skinned moves with the joint that it hangs on most.
@@ -79,7 +76,7 @@ def read_performance(path: str | Path, tell: Callable[[str], None] = _unheard) -
     return open_face(Path(path), tell).performance()
 
 
-def read_face(path: str | Path, tell: Callable[[str], None] = _unheard) -> Performance | Rig:
+def read_face(path: str | Path, tell: Callable[[str], None] = unheard) -> Performance | Rig:
     """A performance where something animates the blend shapes, else a rig; errors as those have."""
     require_usd()
     from .read import open_face
