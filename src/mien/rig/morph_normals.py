@@ -17,13 +17,13 @@ def neutral_normals(rig: Rig) -> Float[np.ndarray, "n 3"]:
     return normals
 
 
-def normal_offsets(rig: Rig, k: int) -> Float[np.ndarray, "n 3"]:
-    """What shape `k` at weight 1 adds to the neutral's normals; 0 where it leaves them.
+def normal_offsets(rig: Rig, k: int, neutral: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
+    """What shape `k` at weight 1 adds to the normals of the `neutral` (`neutral_normals`); 0 where it leaves them.
 
     Viewers add offsets by weight and make the sum a unit vector: exact for one shape at 0 and 1, and close in between.
     """
     turned = vertex_normals(rig.neutral.vertices + rig.deltas[k], rig.neutral.faces)
     alone = (turned == 0).all(axis=1)
-    offsets = turned - neutral_normals(rig)
+    offsets = turned - neutral
     offsets[alone | (np.linalg.norm(offsets, axis=1) < _STILL)] = 0
     return offsets

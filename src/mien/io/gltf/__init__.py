@@ -23,7 +23,16 @@ from ...transforms import Transform, quaternions_from_rotations
 from ..meshes.polygons import weld
 from .animation import face_motion, weight_animation
 from .glb import ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER, Glb, GlbBuilder, damage_told, open_glb
-from .mesh import MM, PrimitiveSurface, linear_from_srgb, png_bytes, read_surface, split_seams
+from .mesh import (
+    MM,
+    SKIN_LINEAR,
+    SKIN_ROUGHNESS,
+    PrimitiveSurface,
+    linear_from_srgb,
+    png_bytes,
+    read_surface,
+    split_seams,
+)
 from .scene import chain_of, default_matrix, morph_mesh_node
 from .shapes import shape_deltas, shape_names
 
@@ -108,12 +117,13 @@ def read_performance(path: str | Path) -> Performance:
 def _with_rig(rig: Rig) -> GlbBuilder:
     build = GlbBuilder()
     faces, source, uv = split_seams(rig.neutral)
-    attributes = _attributes(build, rig, source, uv)
+    normals = neutral_normals(rig)
+    attributes = _attributes(build, rig, normals, source, uv)
     shift = np.where(np.abs(rig.deltas).max(axis=2, keepdims=True) < _NOTHING_MM, 0.0, rig.deltas) * MM
     targets = []
     for k, name in enumerate(rig.names):
         place = build.sparse_accessor(shift[k][source].astype(np.float32), name=name)
-        turn = build.sparse_accessor(normal_offsets(rig, k)[source].astype(np.float32))
+        turn = build.sparse_accessor(normal_offsets(rig, k, normals)[source].astype(np.float32))
         targets.append({"POSITION": place, "NORMAL": turn})
     indices = build.accessor(faces.astype(np.uint32).ravel(), ELEMENT_ARRAY_BUFFER)
     primitive = {"attributes": attributes, "indices": indices, "material": _material(build, rig)}
@@ -128,11 +138,13 @@ def _with_rig(rig: Rig) -> GlbBuilder:
     return build
 
 
-def _attributes(build: GlbBuilder, rig: Rig, source: np.ndarray, uv: np.ndarray | None) -> dict[str, int]:
+def _attributes(
+    build: GlbBuilder, rig: Rig, normals: np.ndarray, source: np.ndarray, uv: np.ndarray | None
+) -> dict[str, int]:
     mesh = rig.neutral
     columns = {
         "POSITION": (mesh.vertices * MM)[source],
-        "NORMAL": neutral_normals(rig)[source],
+        "NORMAL": normals[source],
         "_SOURCE": source,
     }
     if uv is not None:
@@ -147,13 +159,13 @@ def _attributes(build: GlbBuilder, rig: Rig, source: np.ndarray, uv: np.ndarray 
 
 
 def _material(build: GlbBuilder, rig: Rig) -> int:
-    surface: dict[str, Any] = {"metallicFactor": 0.0, "roughnessFactor": 0.6}
+    surface: dict[str, Any] = {"metallicFactor": 0.0, "roughnessFactor": SKIN_ROUGHNESS}
     if rig.texture is not None and rig.neutral.uv is not None:
         image = build.view(png_bytes(rig.texture))
         source = build.add("images", {"bufferView": image, "mimeType": "image/png"})
         surface["baseColorTexture"] = {"index": build.add("textures", {"source": source})}
     elif rig.neutral.colors is None:
-        surface["baseColorFactor"] = [0.6, 0.45, 0.38, 1.0]
+        surface["baseColorFactor"] = [*SKIN_LINEAR, 1.0]
     return build.add("materials", {"name": "skin", "pbrMetallicRoughness": surface, "doubleSided": True})
 
 

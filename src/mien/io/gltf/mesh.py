@@ -14,6 +14,10 @@ from .glb import Glb
 
 MM = 1e-3
 """Metres in a millimetre."""
+SKIN_LINEAR = (0.6, 0.45, 0.38)
+"""Linear colour of a rig without any."""
+SKIN_ROUGHNESS = 0.6
+"""Of a rig's material."""
 
 
 def split_seams(

@@ -8,12 +8,7 @@ from jaxtyping import UInt8
 from PIL import Image
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
 
-from ..gltf.mesh import linear_from_srgb, srgb_from_linear
-
-ROUGHNESS = 0.6
-"""Of skin, as in our glTF files."""
-_SKIN = (0.6, 0.45, 0.38)
-"""Linear colour of a rig without any, as in our glTF files."""
+from ..gltf.mesh import SKIN_LINEAR, SKIN_ROUGHNESS, linear_from_srgb, srgb_from_linear
 
 
 def add_material(stage: Usd.Stage, mesh: UsdGeom.Mesh, path: Sdf.Path, texture: str | None) -> None:
@@ -21,7 +16,7 @@ def add_material(stage: Usd.Stage, mesh: UsdGeom.Mesh, path: Sdf.Path, texture: 
     material = UsdShade.Material.Define(stage, path)
     surface = UsdShade.Shader.Define(stage, path.AppendChild("surface"))
     surface.CreateIdAttr("UsdPreviewSurface")
-    surface.CreateInput("roughness", Sdf.ValueTypeNames.Float).Set(ROUGHNESS)
+    surface.CreateInput("roughness", Sdf.ValueTypeNames.Float).Set(SKIN_ROUGHNESS)
     surface.CreateInput("metallic", Sdf.ValueTypeNames.Float).Set(0.0)
     color = surface.CreateInput("diffuseColor", Sdf.ValueTypeNames.Color3f)
     if texture is not None:
@@ -29,7 +24,7 @@ def add_material(stage: Usd.Stage, mesh: UsdGeom.Mesh, path: Sdf.Path, texture: 
     elif mesh.GetDisplayColorPrimvar().HasAuthoredValue():
         color.ConnectToSource(_vertex_colored(stage, path))
     else:
-        color.Set(Gf.Vec3f(*_SKIN))
+        color.Set(Gf.Vec3f(*SKIN_LINEAR))
     surface.CreateOutput("surface", Sdf.ValueTypeNames.Token)
     material.CreateSurfaceOutput().ConnectToSource(surface.ConnectableAPI(), "surface")
     UsdShade.MaterialBindingAPI.Apply(mesh.GetPrim()).Bind(material)

@@ -61,9 +61,10 @@ def _stage(rig: Rig, played: Performance | None, texture: str | None) -> Usd.Sta
     root = UsdSkel.Root.Define(stage, ROOT)
     Usd.ModelAPI(root.GetPrim()).SetKind(Kind.Tokens.component)
     stage.SetDefaultPrim(root.GetPrim())
-    mesh = _mesh(stage, rig)
+    normals = neutral_normals(rig)
+    mesh = _mesh(stage, rig, normals)
     _bind(stage, mesh, rig)
-    _shapes(stage, mesh, rig)
+    _shapes(stage, mesh, rig, normals)
     UsdGeom.Scope.Define(stage, ROOT.AppendChild("materials"))
     add_material(stage, mesh, ROOT.AppendPath("materials/skin"), texture)
     root.CreateExtentAttr(_extent(rig, played))
@@ -72,7 +73,7 @@ def _stage(rig: Rig, played: Performance | None, texture: str | None) -> Usd.Sta
     return stage
 
 
-def _mesh(stage: Usd.Stage, rig: Rig) -> UsdGeom.Mesh:
+def _mesh(stage: Usd.Stage, rig: Rig, normals: np.ndarray) -> UsdGeom.Mesh:
     surface = rig.neutral
     mesh = UsdGeom.Mesh.Define(stage, ROOT.AppendChild("mesh"))
     points = _vectors(surface.vertices * MM)
@@ -81,7 +82,7 @@ def _mesh(stage: Usd.Stage, rig: Rig) -> UsdGeom.Mesh:
     mesh.CreateFaceVertexIndicesAttr(_integers(surface.faces))
     mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
     mesh.CreateExtentAttr(UsdGeom.PointBased.ComputeExtent(points))
-    mesh.CreateNormalsAttr(_vectors(neutral_normals(rig)))
+    mesh.CreateNormalsAttr(_vectors(normals))
     mesh.SetNormalsInterpolation(UsdGeom.Tokens.vertex)
     mesh.CreateDoubleSidedAttr(True)
     if surface.uv is not None:
@@ -113,11 +114,11 @@ def _bind(stage: Usd.Stage, mesh: UsdGeom.Mesh, rig: Rig) -> None:
     binding.CreateJointWeightsPrimvar(False, 1).Set(Vt.FloatArray(n, 1.0))
 
 
-def _shapes(stage: Usd.Stage, mesh: UsdGeom.Mesh, rig: Rig) -> None:
+def _shapes(stage: Usd.Stage, mesh: UsdGeom.Mesh, rig: Rig, normals: np.ndarray) -> None:
     targets = []
     for k, prim_name in enumerate(prim_names(rig.names)):
         shape = UsdSkel.BlendShape.Define(stage, mesh.GetPath().AppendChild(prim_name))
-        turns = normal_offsets(rig, k)
+        turns = normal_offsets(rig, k, normals)
         moved = np.abs(rig.deltas[k]).max(axis=1) >= _NOTHING_MM
         rows = np.flatnonzero(moved | turns.any(axis=1))
         rows = rows if len(rows) else np.zeros(1, np.int64)  # Blender drops shapes without offsets, name and all
