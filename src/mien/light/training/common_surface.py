@@ -1,6 +1,6 @@
 """One texture space for the scans of a face: each of its points found again in every scan (Ma et al. 2008, sec. 3)."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -166,7 +166,7 @@ def common_surface(
     carry = carried_over(points, dots, config, config.longest * grid_mm)[y, x]
     made = CommonSurface(mesh, albedo[y, x], number, grid_mm, dots, carry, np.zeros(number.shape), config)
     relief = displacement_map(made, mesh.vertices, np.ones(len(mesh.vertices), bool))
-    return CommonSurface(mesh, albedo[y, x], number, grid_mm, dots, carry, relief, config)
+    return replace(made, relief=relief)
 
 
 def carried_over(
