@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
-from mien.blendshapes.correspond.matches import MatchConfig, best_shifts, grid_of, matched_motion, smooth_motion
-from mien.image_space.layout import sampled
+from mien.blendshapes.correspond.matches import MatchConfig, best_shifts, matched_motion, smooth_motion
+from mien.image_space.layout import grid_of, sampled
 
 CONFIG = MatchConfig(pixel_mm=2.0, reach_mm=10.0)
 

@@ -6,12 +6,13 @@ from jaxtyping import Float
 from ..blendshapes.align import AlignedCapture, stabilised
 from ..blendshapes.build.artist_mesh import look_up
 from ..blendshapes.correspond.dense import SkinWarp, WarpConfig, warp
-from ..blendshapes.correspond.matches import MatchConfig, grid_of
+from ..blendshapes.correspond.matches import MatchConfig
 from ..blendshapes.correspond.model_motion import mix_of, motion_image
 from ..blendshapes.cylinder_map import mesh_of_map
 from ..blendshapes.expression import NeutralFace
 from ..faces.bundled import BundledFace
 from ..fitting.register_scan import register_scan
+from ..image_space.layout import grid_of
 from ..mesh import ClosestPoint, mass
 from .blendshapes_score import TrueSkin, drift
 

@@ -103,6 +103,12 @@ def signed_areas(uv: Float[np.ndarray, "n 2"], faces: Int[np.ndarray, "m 3"]) ->
     return (b[:, 0] * c[:, 1] - b[:, 1] * c[:, 0]) / 2
 
 
+def grid_of(shape: tuple[int, ...]) -> Float[np.ndarray, "h w 2"]:
+    """Every pixel's own place (x, y)."""
+    rows, columns = np.mgrid[: shape[0], : shape[1]]
+    return np.stack([columns, rows], -1).astype(float)
+
+
 def sampled(
     image: Float[np.ndarray, "h w *c"], points: Float[np.ndarray, "*p 2"], order: int = 1
 ) -> Float[np.ndarray, "*p c"]:

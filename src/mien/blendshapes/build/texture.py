@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float, UInt8
 from scipy.ndimage import distance_transform_edt, gaussian_filter
 
-from ...image_space.layout import sampled
+from ...image_space.layout import grid_of, sampled
 from ...mesh import Mesh, SurfaceImage
 from ..correspond.dense import SkinWarp
 from ..cylinder_map import CylinderMap, filled
@@ -106,8 +106,7 @@ def carried_tone(
         blurred = [gaussian_filter(some[..., c], sigma, truncate=3.0) for c in range(3)]
         tone[near] = (np.stack(blurred, -1) / np.maximum(share, 1e-6)[..., None])[near]
         left &= ~near
-    rows, columns = np.mgrid[: seen.shape[0], : seen.shape[1]]
-    return sampled(tone, np.stack([columns, rows], -1) / COARSE)
+    return sampled(tone, grid_of(seen.shape) / COARSE)
 
 
 def as_bytes(colors: Float[np.ndarray, "h w 3"]) -> UInt8[np.ndarray, "h w 3"]:

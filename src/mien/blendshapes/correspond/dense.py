@@ -13,10 +13,10 @@ from scipy.ndimage import gaussian_filter, gaussian_laplace
 from ...flow import FlowConfig, FlowConstraints, optical_flow
 from ...image_space.config import FeatureConfig
 from ...image_space.features import LUMINANCE, detail
-from ...image_space.layout import sampled
+from ...image_space.layout import grid_of, sampled
 from ..cylinder_map import CYLINDER, CylinderMap
 from .landmarks import MapLandmarks, common_landmarks, opened
-from .matches import MatchConfig, grid_of, matched_motion
+from .matches import MatchConfig, matched_motion
 from .occlusion import skin
 from .prewarp import prewarp
 

@@ -13,7 +13,7 @@ from jaxtyping import Float, Float32, Int
 from scipy.ndimage import gaussian_filter
 from scipy.sparse.linalg import splu
 
-from ...image_space.layout import sampled
+from ...image_space.layout import grid_of, sampled
 
 
 @dataclass(frozen=True)
@@ -150,9 +150,3 @@ def _second_difference(n: int) -> sp.csr_matrix:
     """The Laplacian of a line of `n` pixels with free ends."""
     D = sp.eye(n - 1, n, k=1) - sp.eye(n - 1, n)
     return sp.csr_matrix(D.T @ D)
-
-
-def grid_of(shape: tuple[int, ...]) -> Float[np.ndarray, "h w 2"]:
-    """Every pixel's own place (x, y)."""
-    rows, columns = np.mgrid[: shape[0], : shape[1]]
-    return np.stack([columns, rows], -1).astype(float)

@@ -6,6 +6,7 @@ from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import QhullError
 
 from ...errors import BadInput
+from ...image_space.layout import grid_of
 
 ANCHORS = 9
 """Points along each side of the map that stay where they are."""
@@ -27,12 +28,11 @@ def prewarp(
     places = np.concatenate([neutral, rim])
     moves = np.concatenate([source - neutral, np.zeros_like(rim)])
     _, first = np.unique(np.round(places / APART), axis=0, return_index=True)
-    rows, columns = np.mgrid[: shape[0], : shape[1]]
     try:
         warp = LinearNDInterpolator(places[first], moves[first], fill_value=0.0)
     except QhullError as error:
         raise BadInput("warp: the landmarks lie on one line") from error
-    return warp(np.stack([columns, rows], -1).reshape(-1, 2).astype(float)).reshape(*shape, 2)
+    return warp(grid_of(shape).reshape(-1, 2)).reshape(*shape, 2)
 
 
 def _rim(shape: tuple[int, int]) -> Float[np.ndarray, "a 2"]:
