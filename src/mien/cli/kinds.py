@@ -165,14 +165,11 @@ def _face(path: Path) -> Kind:
         from ..rig import Rig
 
         return RIG if isinstance(usd.read_face(path), Rig) else PERFORMANCE
-    from ..io.gltf.glb import open_glb
+    from ..io.performances import gltf_kind
+    from ..mesh import Scan
+    from ..rig import Performance
 
-    content = open_glb(path).json
-    meshes = content.get("meshes", [])
-    parts = [part for mesh in meshes for part in mesh.get("primitives", [])]
-    if not any("targets" in part for part in parts):
-        return SCAN
-    return PERFORMANCE if content.get("animations") else RIG
+    return {Scan: SCAN, Performance: PERFORMANCE}.get(gltf_kind(path), RIG)
 
 
 def _folder(path: Path) -> Kind | None:

@@ -5,14 +5,29 @@ from pathlib import Path
 
 from ..errors import BadInput
 from ..files import existing
+from ..mesh import Scan
 from ..progress import unheard
-from ..rig import Performance
+from ..rig import Performance, Rig
 from . import usd
 from .gltf import read_performance, write_performance
+from .gltf.glb import open_glb
 from .rigs import GLTF
 
 READ = (*GLTF, *usd.SUFFIXES)
 WRITTEN = (".glb", *usd.SUFFIXES)
+
+
+def gltf_kind(path: str | Path) -> type[Performance] | type[Rig] | type[Scan]:
+    """What a glTF file holds, by its JSON alone: a performance, a rig without motion, or a mesh without shapes.
+
+    Raises:
+        BadInput: damaged.
+    """
+    content = open_glb(path).json
+    parts = [part for mesh in content.get("meshes", []) for part in mesh.get("primitives", [])]
+    if not any("targets" in part for part in parts):
+        return Scan
+    return Performance if content.get("animations") else Rig
 
 
 def read_any_performance(path: str | Path, tell: Callable[[str], None] = unheard) -> Performance:

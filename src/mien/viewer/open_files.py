@@ -10,10 +10,10 @@ from ..files import existing
 from ..io import usd
 from ..io.edits_file import read_captured
 from ..io.gltf import read_rig
-from ..io.gltf.glb import open_glb
 from ..io.markers import read_markers
 from ..io.meshes import read_scan
-from ..io.rigs import read_any_rig
+from ..io.performances import gltf_kind
+from ..io.rigs import GLTF, read_any_rig
 from ..mesh import Scan
 from ..rig import Performance, Rig
 from ..units import parse_unit
@@ -21,7 +21,6 @@ from .studio_scene import Film, Shown
 
 TAKES = (".c3d", ".trc", ".csv")
 SCANS = (".ply", ".obj", ".stl")
-GLTF = (".glb", ".gltf", ".vrm")
 FILMS = (".mp4", ".webm", ".mov", ".m4v")
 
 
@@ -68,11 +67,10 @@ def open_face(file: Path, units: str | None = None) -> Performance | Rig | Scan:
         found = usd.read_face(file)
         return read_captured(file) if isinstance(found, Performance) else found
     if suffix in GLTF:
-        content = open_glb(file).json
-        parts = [part for mesh in content.get("meshes", []) for part in mesh.get("primitives", [])]
-        if not any("targets" in part for part in parts):
+        kind = gltf_kind(file)
+        if kind is Scan:
             return read_scan(file, units)
-        return read_captured(file) if content.get("animations") else read_rig(file)
+        return read_captured(file) if kind is Performance else read_rig(file)
     if suffix in SCANS:
         return read_scan(file, units)
     known = ", ".join((*GLTF, *usd.SUFFIXES, *SCANS, *TAKES, *FILMS))
