@@ -33,14 +33,13 @@ face = mien.load_face()
 import numpy as np
 assert face.rig.vertices(np.zeros(len(face.rig.names))).shape == face.rig.neutral.vertices.shape
 from mien.landmarks.detector import require_landmarker
-from mien.stream.vmc import require_osc
-from mien.io.alembic import require_alembic
+from mien.extras import require
 for extra, call in (
     ("mien[landmarks]", require_landmarker),
     ("mien[realsense]", lambda: mien.read_rgbd(BAG)),
     ("mien[record3d]", lambda: mien.read_rgbd(R3D)),
-    ("mien[stream]", require_osc),
-    ("mien[alembic]", require_alembic),
+    ("mien[stream]", lambda: require("pythonosc", "stream")),
+    ("mien[alembic]", lambda: require("alembic3d", "alembic")),
     ("mien[usd]", lambda: mien.write_rig("a.usd", face.rig)),
 ):
     try:

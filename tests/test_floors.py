@@ -8,7 +8,7 @@ import mien
 ROOT = Path(mien.__file__).parent
 
 FLOORS = [
-    {"_kernels", "errors", "files", "one_line", "progress", "step_cache"},
+    {"_kernels", "errors", "extras", "files", "one_line", "progress", "step_cache"},
     {"transforms", "mesh", "camera", "text"},
     {"clip", "depth", "solve", "flow"},
     {"register", "rig", "rgbd", "units"},

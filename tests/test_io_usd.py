@@ -1,6 +1,5 @@
 """USD out and in: nothing is lost, and USD's own validators have nothing to say."""
 
-import builtins
 
 import numpy as np
 import pytest
@@ -72,16 +71,3 @@ def test_damage_is_told_or_harmless(tmp_path, suffix):
             told.append(str(error))
     assert told
     assert not any("\n" in line for line in told)
-
-
-def test_a_missing_extra_is_told(monkeypatch):
-    there = builtins.__import__
-
-    def without(name, *args):
-        if name.startswith("pxr"):
-            raise ImportError("No module named 'pxr'")
-        return there(name, *args)
-
-    monkeypatch.setattr(builtins, "__import__", without)
-    with pytest.raises(BadInput, match=r"pip install 'mien\[usd\]'"):
-        usd.require_usd()

@@ -1,10 +1,10 @@
-import builtins
 import os
 
 import numpy as np
 import pytest
 
 from face_model import needs_model
+from mien import extras
 from mien.errors import BadInput
 from mien.faces.bundled import load_face
 from mien.landmarks.detector import COUNT, GROUPS, FaceLandmarker, bundled_landmarks, detect_landmarks
@@ -129,13 +129,9 @@ def test_a_missing_model_says_what_to_run(monkeypatch, tmp_path):
     ],
 )
 def test_what_is_missing_is_named_with_its_cure(monkeypatch, error, advice):
-    real = builtins.__import__
+    def failing(name):
+        raise error
 
-    def failing(name, *rest, **more):
-        if name.startswith("mediapipe"):
-            raise error
-        return real(name, *rest, **more)
-
-    monkeypatch.setattr(builtins, "__import__", failing)
+    monkeypatch.setattr(extras, "import_module", failing)
     with pytest.raises(BadInput, match=advice):
         FaceLandmarker()

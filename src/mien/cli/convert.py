@@ -8,8 +8,9 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from ..errors import BadInput
+from ..extras import require
 from ..files import existing
-from ..io.alembic import SUFFIX, require_alembic, write_alembic
+from ..io.alembic import SUFFIX, write_alembic
 from ..io.edits_file import read_edited
 from ..io.livelink import LiveLinkTake, read_live_link, write_live_link
 from ..io.markers import READERS as MARKERS
@@ -128,7 +129,7 @@ def _to_sequence(source: Path, output: Path, options: ConvertOptions) -> None:
 
 
 def _to_alembic(source: Path, output: Path, options: ConvertOptions) -> None:
-    require_alembic()
+    require("alembic3d", "alembic")
     performance = read_edited(source, tell)
     with bar() as progress:
         write_alembic(output, performance, not options.still_head, progress)

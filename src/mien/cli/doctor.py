@@ -14,20 +14,10 @@ from cyclopts import Parameter
 
 from .. import __version__
 from ..errors import BadInput
+from ..extras import EXTRAS
 from ..rgbd import RgbdTake
 from ..rig import Rig
 from .options import verb
-
-EXTRAS = {
-    "landmarks": ("mediapipe", "faces in pictures: video, scans without markers, tracking"),
-    "realsense": ("rosbags", "RealSense recordings (.bag)"),
-    "record3d": ("lzfse", "Record3D takes (.r3d)"),
-    "light": ("cv2", "calibration of active light"),
-    "usd": ("pxr", "USD out and in"),
-    "alembic": ("alembic3d", "Alembic out"),
-    "stream": ("pythonosc", "VMC streams"),
-}
-"""An extra -> the module that it brings, and what for."""
 
 TEST_S = 2.0
 """How long the speed test tracks."""

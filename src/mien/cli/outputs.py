@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from ..errors import BadInput
+from ..extras import require
 from ..files import writable, writable_folder
 from ..io import usd
 from ..io.performances import WRITTEN as FACES
@@ -78,7 +79,7 @@ def _check_one(kind: str, path: Path) -> None:
     if kind != ANY:
         _check_suffix(kind, path)
     if path.suffix.lower() in usd.SUFFIXES:
-        usd.require_usd()
+        require("pxr", "usd")
     writable(path)
 
 

@@ -9,6 +9,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from ..errors import BadInput
+from ..extras import require
 from ..files import existing
 from ..io.markers import READERS as MARKERS
 from ..io.performances import READ as FACES
@@ -131,7 +132,7 @@ def open_senders(to: Receivers) -> list[UdpSender]:
     """
     senders = []
     if to.vmc is not None:
-        vmc.require_osc()
+        require("pythonosc", "stream")
         address = parse_address(to.vmc, vmc.PORT)
         senders.append(UdpSender(address, lambda frame: vmc.encode_frame(frame, to.capitals)))
     if to.livelink is not None:

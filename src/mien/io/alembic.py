@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import BadInput
+from ..extras import require
 from ..files import whole
 from ..mesh import Mesh
 from ..progress import SILENT, Progress
@@ -25,7 +25,7 @@ def write_alembic(path: str | Path, performance: Performance, world: bool = True
     Raises:
         BadInput: the extra is missing, or the folder does not exist.
     """
-    require_alembic()
+    require("alembic3d", "alembic")
     import imath
     from alembic3d import Abc, AbcCoreAbstract, AbcGeom
 
@@ -47,18 +47,6 @@ def write_alembic(path: str | Path, performance: Performance, world: bool = True
             schema.set(sample)
             progress.update("write frames", t + 1, len(performance))
         del sample, schema, cache, archive  # which writes the file's end
-
-
-def require_alembic() -> None:
-    """See that Alembic can be written.
-
-    Raises:
-        BadInput: the extra is not installed.
-    """
-    try:
-        import alembic3d  # noqa: F401
-    except ImportError as error:
-        raise BadInput(f"Alembic: the package alembic3d is missing ({error}); pip install 'mien[alembic]'") from error
 
 
 def _topology(mesh: Mesh) -> tuple[Any, Any, Any]:

@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Float, Int, UInt8
 
 from ..errors import BadInput
+from ..extras import require
 from ..mesh import Attachment
 from .model_file import model_path
 
@@ -185,24 +186,26 @@ def _landmarks(points: list, scores: list, width: int, height: int) -> Landmarks
     return Landmarks2D(pixels, raw[:, 2] * width, {**named, "tongueOut": 0.0})
 
 
+SYSTEM_LIBRARIES = {
+    "libGLES": ("MediaPipe needs the system's libGLESv2 and libEGL", "libgles2 libegl1"),
+    "libEGL": ("MediaPipe needs the system's libGLESv2 and libEGL", "libgles2 libegl1"),
+    "libGL": ("OpenCV needs the system's libGL.so.1", "libgl1"),
+}
+"""A library that a message names -> who needs it, and the packages that bring it; in this order."""
+
+
 def _mediapipe():
     """MediaPipe's vision tasks and BaseOptions, or a line that says what to install."""
     os.environ.setdefault("GLOG_minloglevel", "2")
     os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "2")
     try:
-        from mediapipe.tasks.python import BaseOptions, vision
-    except (ImportError, OSError) as error:
-        if "libGLES" in str(error) or "libEGL" in str(error):
-            raise BadInput(
-                "landmarks: MediaPipe needs the system's libGLESv2 and libEGL; on Debian or Ubuntu: "
-                "apt install libgles2 libegl1"
-            ) from error
-        if "libGL" in str(error):
-            raise BadInput(
-                "landmarks: OpenCV needs the system's libGL.so.1; on Debian or Ubuntu: apt install libgl1"
-            ) from error
-        raise BadInput(f"landmarks: MediaPipe is missing ({error}); pip install 'mien[landmarks]'") from error
-    return vision, BaseOptions
+        tasks = require("mediapipe.tasks.python", "landmarks")
+    except BadInput as error:
+        for library, (needs, packages) in SYSTEM_LIBRARIES.items():
+            if library in str(error):
+                raise BadInput(f"landmarks: {needs}; on Debian or Ubuntu: apt install {packages}") from error
+        raise
+    return tasks.vision, tasks.BaseOptions
 
 
 _STDERR = threading.RLock()

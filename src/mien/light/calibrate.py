@@ -6,13 +6,13 @@ on them, through a homography fitted to each corner's surroundings (Moreno and T
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
 from ..camera import Camera
 from ..errors import BadInput
+from ..extras import require
 from ..files import existing
 from ..progress import SILENT, Progress
 from ..transforms import Transform
@@ -88,19 +88,6 @@ class RigCalibration:
     left_out: tuple[str, ...]
 
 
-def opencv() -> Any:
-    """OpenCV, which finds checkerboards and fits lenses.
-
-    Raises:
-        BadInput: it is not installed.
-    """
-    try:
-        import cv2
-    except ImportError as error:
-        raise BadInput(f"calibration needs OpenCV ({error}): pip install 'mien[light]'") from None
-    return cv2
-
-
 def board_view(
     name: str,
     images: Float[np.ndarray, "slots h w"],
@@ -164,7 +151,7 @@ def find_corners(name: str, picture: Float[np.ndarray, "h w"], board: Board) -> 
     Raises:
         BadInput: none are found.
     """
-    cv2 = opencv()
+    cv2 = require("cv2", "light")
     grey = np.clip(255 * picture / max(float(np.quantile(picture, 0.995)), 1e-6), 0, 255).astype(np.uint8)
     flags = cv2.CALIB_CB_EXHAUSTIVE | cv2.CALIB_CB_ACCURACY | cv2.CALIB_CB_NORMALIZE_IMAGE
     found, corners = cv2.findChessboardCornersSB(grey, (board.columns, board.rows), flags=flags)
@@ -179,7 +166,7 @@ def corner_in_projector(
     corner: Float[np.ndarray, " 2"], pixels: Float[np.ndarray, "h w 2"], config: BoardConfig
 ) -> Float[np.ndarray, " 2"]:
     """Where the projector sees a corner: a homography from the camera's pixels round it to the projector's."""
-    cv2 = opencv()
+    cv2 = require("cv2", "light")
     x0, y0 = np.maximum(np.round(corner).astype(int) - config.reach_px, 0)
     x1, y1 = np.round(corner).astype(int) + config.reach_px + 1
     window = pixels[y0:y1, x0:x1]
@@ -221,7 +208,7 @@ def calibrate(
 
 
 def _fit(views: list[BoardView], board: Board, camera_size: tuple[int, int], projector_size: tuple[int, int]):
-    cv2 = opencv()
+    cv2 = require("cv2", "light")
     points, seen, shown = [], [], []
     for view in views:
         known = np.isfinite(view.projector_px).all(1)

@@ -14,6 +14,7 @@ from .._kernels import track_depth
 from ..camera import Camera
 from ..depth import RGBDFrame
 from ..errors import BadInput
+from ..extras import require
 from ..transforms import Transform
 from .take import RgbdTake
 
@@ -157,13 +158,9 @@ def _last(reader, pattern: str) -> Any:
 
 @contextmanager
 def _reader(path: Path):
+    reading, types = require("rosbags.highlevel", "realsense"), require("rosbags.typesys", "realsense")
     try:
-        from rosbags.highlevel import AnyReader
-        from rosbags.typesys import Stores, get_typestore
-    except ImportError as error:
-        raise BadInput("RealSense recordings: rosbags is missing; pip install 'mien[realsense]'") from error
-    try:
-        with AnyReader([path], default_typestore=get_typestore(Stores.ROS1_NOETIC)) as reader:
+        with reading.AnyReader([path], default_typestore=types.get_typestore(types.Stores.ROS1_NOETIC)) as reader:
             yield reader
     except BadInput:
         raise

@@ -14,6 +14,7 @@ from PIL import Image
 from ..camera import Camera
 from ..depth import RGBDFrame
 from ..errors import BadInput
+from ..extras import require
 from .folder import resized
 from .intrinsics import matrix_values
 from .take import RgbdTake
@@ -33,7 +34,7 @@ def read_record3d(path: Path) -> RgbdTake:
     Raises:
         BadInput: not such a file, or the extra `record3d` is missing.
     """
-    _lzfse()
+    require("lzfse", "record3d")
     try:
         with zipfile.ZipFile(path) as archive:
             about = json.loads(archive.read("metadata"))
@@ -134,16 +135,8 @@ def _unpacked(packed: bytes) -> bytes:
     Raises:
         ValueError: damaged.
     """
-    lzfse = _lzfse()
+    lzfse = require("lzfse", "record3d")
     try:
         return lzfse.decompress(packed)
     except (lzfse.error, MemoryError, RuntimeError) as error:
         raise ValueError(f"its depth is damaged ({error!r})") from error
-
-
-def _lzfse():
-    try:
-        import lzfse
-    except ImportError as error:
-        raise BadInput("Record3D: the package lzfse is missing; pip install 'mien[record3d]'") from error
-    return lzfse

@@ -12,7 +12,6 @@ import numpy as np
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
-from ..errors import BadInput
 from .face_frame import FaceFrame
 
 PORT = 39539
@@ -40,18 +39,6 @@ def encode_frame(frame: FaceFrame, capitals: bool = False) -> bytes:
 def unity_quaternion(rotation: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, " 4"]:
     """A rotation of ours in Unity's axes: mirrored in x."""
     return Rotation.from_matrix(rotation).as_quat(canonical=True) * (1, -1, -1, 1)
-
-
-def require_osc() -> None:
-    """See that messages can be built.
-
-    Raises:
-        BadInput: the extra is not installed.
-    """
-    try:
-        import pythonosc.osc_bundle_builder  # noqa: F401
-    except ImportError as error:
-        raise BadInput(f"VMC: the package python-osc is missing ({error}); pip install 'mien[stream]'") from error
 
 
 def _message(address: str, *values: object):

@@ -12,7 +12,7 @@ text, and those are read.
 from collections.abc import Callable
 from pathlib import Path
 
-from ...errors import BadInput
+from ...extras import require
 from ...progress import unheard
 from ...rig import Performance, Rig
 
@@ -25,7 +25,7 @@ def write_rig(path: str | Path, rig: Rig) -> None:
     Raises:
         BadInput: the extra is missing, or the folder does not exist.
     """
-    require_usd()
+    require("pxr", "usd")
     from .write import write_face
 
     write_face(Path(path), rig, None)
@@ -40,7 +40,7 @@ def write_performance(path: str | Path, performance: Performance) -> None:
     """
     if performance.T_world_face.scale != 1.0 or len(performance) == 0:
         raise ValueError("T_world_face, weights: expected one rigid pose a frame and at least one frame")
-    require_usd()
+    require("pxr", "usd")
     from ...rig.unit_weights import with_unit_weights
     from .write import write_face
 
@@ -56,7 +56,7 @@ def read_rig(path: str | Path, tell: Callable[[str], None] = unheard) -> Rig:
     Raises:
         BadInput: the extra is missing; missing, damaged, without blend shapes, or with shapes of another vertex count.
     """
-    require_usd()
+    require("pxr", "usd")
     from .read import open_face
 
     return open_face(Path(path), tell).rig()
@@ -70,7 +70,7 @@ def read_performance(path: str | Path, tell: Callable[[str], None] = unheard) ->
     Raises:
         BadInput: as `read_rig`; nothing animates the blend shapes; the head changes size.
     """
-    require_usd()
+    require("pxr", "usd")
     from .read import open_face
 
     return open_face(Path(path), tell).performance()
@@ -78,20 +78,8 @@ def read_performance(path: str | Path, tell: Callable[[str], None] = unheard) ->
 
 def read_face(path: str | Path, tell: Callable[[str], None] = unheard) -> Performance | Rig:
     """A performance where something animates the blend shapes, else a rig; errors as those have."""
-    require_usd()
+    require("pxr", "usd")
     from .read import open_face
 
     face = open_face(Path(path), tell)
     return face.performance() if face.is_animated() else face.rig()
-
-
-def require_usd() -> None:
-    """See that USD can be imported.
-
-    Raises:
-        BadInput: it is not installed.
-    """
-    try:
-        import pxr.UsdSkel  # noqa: F401
-    except ImportError as error:
-        raise BadInput(f"USD: the package usd-core is missing ({error}); pip install 'mien[usd]'") from error
