@@ -3,7 +3,7 @@
 import pytest
 
 from mien.errors import BadInput
-from mien.files import existing, recorded, whole, writable, writable_folder
+from mien.files import existing, note_clock, recorded, whole, writable, writable_folder
 
 
 def test_a_file_appears_with_its_last_byte(tmp_path):
@@ -57,10 +57,13 @@ def test_what_is_read_must_be_there(tmp_path):
 
 
 def test_what_is_written_is_noted_in_order(tmp_path):
-    with recorded() as paths:
+    with recorded() as written:
         for name in ("b", "a"):
             with whole(tmp_path / name) as temporary:
                 temporary.touch()
+        note_clock(tmp_path / "a", 30.0, 12)
     with whole(tmp_path / "c") as temporary:
         temporary.touch()
-    assert paths == [tmp_path / "b", tmp_path / "a"]
+    note_clock(tmp_path / "c", 30.0, 12)
+    assert written.paths == [tmp_path / "b", tmp_path / "a"]
+    assert written.clocks == {tmp_path / "a": (30.0, 12)}

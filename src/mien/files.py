@@ -4,11 +4,23 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from .errors import BadInput
 
-_WRITTEN: ContextVar[list[Path] | None] = ContextVar("written", default=None)
+
+@dataclass
+class Written:
+    """What a command wrote."""
+
+    paths: list[Path] = field(default_factory=list)
+    """In order."""
+    clocks: dict[Path, tuple[float, int]] = field(default_factory=dict)
+    """Frames a second and frames, of those that move."""
+
+
+_WRITTEN: ContextVar[Written | None] = ContextVar("written", default=None)
 
 
 @contextmanager
@@ -32,14 +44,21 @@ def whole(path: str | Path) -> Iterator[Path]:
 
 
 @contextmanager
-def recorded() -> Iterator[list[Path]]:
-    """Paths that `whole` writes while the block runs, in order."""
-    paths: list[Path] = []
-    before = _WRITTEN.set(paths)
+def recorded() -> Iterator[Written]:
+    """What `whole` writes while the block runs."""
+    written = Written()
+    before = _WRITTEN.set(written)
     try:
-        yield paths
+        yield written
     finally:
         _WRITTEN.reset(before)
+
+
+def note_clock(path: str | Path, rate: float, frames: int) -> None:
+    """Say of a file just written how many frames it has, and how many a second."""
+    written = _WRITTEN.get()
+    if written is not None:
+        written.clocks[Path(path)] = rate, frames
 
 
 def writable(*paths: str | Path) -> None:
@@ -81,9 +100,9 @@ def existing(path: str | Path) -> Path:
 
 
 def _note(path: Path) -> None:
-    paths = _WRITTEN.get()
-    if paths is not None:
-        paths.append(path)
+    written = _WRITTEN.get()
+    if written is not None:
+        written.paths.append(path)
 
 
 def _place(path: Path) -> None:

@@ -96,7 +96,7 @@ def answer_in_json(words: list[str]) -> NoReturn:
     with recorded() as written, redirect_stdout(said):
         fault, status = attempt(words)
     verb = words[0] if words else ""
-    print(as_json(verb, status, written, said.getvalue(), fault))
+    print(as_json(verb, status, written.paths, said.getvalue(), fault))
     sys.exit(status)
 
 

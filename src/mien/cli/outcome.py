@@ -5,6 +5,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from ..files import Written
+
 FACES = (".glb", ".usd", ".usda", ".usdc", ".usdz")
 _MOST = 6
 """Files of one folder that are named one by one."""
@@ -23,9 +25,9 @@ def folded(written: Sequence[Path]) -> list[str]:
     return list(dict.fromkeys(names))
 
 
-def next_steps(verb: str, written: Sequence[Path]) -> list[str]:
+def next_steps(verb: str, written: Written) -> list[str]:
     """What to do with what was written, a line each."""
-    faces = [path for path in written if path.suffix.lower() in FACES]
+    faces = [path for path in written.paths if path.suffix.lower() in FACES]
     if not faces or verb == "demo":
         return []
     face = faces[0]
@@ -34,9 +36,8 @@ def next_steps(verb: str, written: Sequence[Path]) -> list[str]:
         lines.append(f"next: `mien view {face}` shows it, `mien {face}` says what else can be done with it")
     else:
         lines.append(f"next: `mien {face}` says what can be done with it")
-    rate, frames = _clock(face)
-    if frames:
-        lines.append(blender_line(face, rate, frames))
+    if face in written.clocks:
+        lines.append(blender_line(face, *written.clocks[face]))
     return lines
 
 
@@ -55,28 +56,3 @@ def as_json(verb: str, status: int, written: Sequence[Path], said: str, fault: s
     if fault:
         told["error"] = fault
     return json.dumps(told, indent=1, ensure_ascii=False)
-
-
-def _clock(face: Path) -> tuple[float, int]:
-    """Frames a second and frames of a file of ours; (0, 0) for a rig, or a file whose head does not say."""
-    if face.suffix.lower() != ".glb":
-        return _usd_clock(face)
-    from ..io.gltf.glb import open_glb
-
-    content = open_glb(face).json
-    if not content.get("animations"):
-        return 0.0, 0
-    [*rates] = (float((node.get("extras") or {}).get("rate", 0)) for node in content.get("nodes", []))
-    sampler = content["animations"][0]["samplers"][0]
-    clock = content["accessors"][sampler["input"]]
-    return max(rates, default=0.0), clock["count"] if max(rates, default=0.0) else 0
-
-
-def _usd_clock(face: Path) -> tuple[float, int]:
-    from pxr import Usd
-
-    stage = Usd.Stage.Open(str(face))
-    if not stage.HasAuthoredTimeCodeRange():
-        return 0.0, 0
-    frames = stage.GetEndTimeCode() - stage.GetStartTimeCode() + 1
-    return stage.GetTimeCodesPerSecond(), round(frames)

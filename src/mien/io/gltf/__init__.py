@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
+from ...files import note_clock
 from ...rig import Performance, Rig
 from ...rig.morph_normals import neutral_normals, normal_offsets
 from ...rig.unit_weights import joined, with_unit_weights
@@ -67,6 +68,7 @@ def write_performance(path: str | Path, performance: Performance) -> None:
     untracked = np.flatnonzero(~performance.tracked).tolist()
     build.json["nodes"][0]["extras"] = {"rate": performance.rate, "untracked": untracked}
     build.save(path)
+    note_clock(path, performance.rate, len(performance))
 
 
 def read_rig(path: str | Path) -> Rig:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from ...files import note_clock
 from ...rig import Performance
 from ...rig.shape_names import match_names
 from ...rig.unit_weights import CORRECTIVE, with_unit_weights
@@ -68,6 +69,7 @@ def write_on_avatar(
         build.json["nodes"][marked]["extras"] = {**extras, "rate": unit.rate, "untracked": untracked}
         build.json.setdefault("animations", []).insert(0, tracks.animation)
     build.save(output)
+    note_clock(output, unit.rate, len(unit))
     return [f"animated {', '.join(driven)}; {moved}"]
 
 

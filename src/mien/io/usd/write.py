@@ -19,6 +19,8 @@ from .prim_names import prim_names
 
 ROOT = Sdf.Path("/face")
 JOINT = "head"
+_TEXTURE = ".base_color.png"
+"""How the name of a face's picture ends, which lies beside it or in its package."""
 _NOTHING_MM = 1e-6
 """Displacements below this are written as none: less than float32 can say about a position."""
 
@@ -28,22 +30,27 @@ def write_face(path: Path, rig: Rig, played: Performance | None) -> None:
     if path.suffix.lower() == ".usdz":
         _write_package(path, rig, played)
         return
-    texture = path.with_name(f"{path.stem}.base_color.png")
-    colored = rig.texture is not None and rig.neutral.uv is not None
+    name, png = path.stem + _TEXTURE, _texture(rig)
     with whole(path) as temporary:
-        stage = _stage(rig, played, f"./{texture.name}" if colored else None)
-        _export(stage, temporary)
-        if rig.texture is not None and colored:
-            with whole(texture) as picture:
-                picture.write_bytes(png_bytes(rig.texture))
+        _export(_stage(rig, played, f"./{name}" if png else None), temporary)
+        if png:
+            with whole(path.with_name(name)) as picture:
+                picture.write_bytes(png)
+
+
+def _texture(rig: Rig) -> bytes | None:
+    """The base colour as PNG, of a rig that has one and knows where it goes."""
+    return None if rig.texture is None or rig.neutral.uv is None else png_bytes(rig.texture)
 
 
 def _write_package(path: Path, rig: Rig, played: Performance | None) -> None:
     """A `.usdz`: an uncompressed archive of one `.usdc` and its texture."""
+    name, png = "face" + _TEXTURE, _texture(rig)
     with whole(path) as temporary, tempfile.TemporaryDirectory() as folder:
-        inside = Path(folder) / "face.usdc"
-        write_face(inside, rig, played)
-        packed = Path(folder) / "face.usdz"
+        inside, packed = Path(folder) / "face.usdc", Path(folder) / "face.usdz"
+        _export(_stage(rig, played, f"./{name}" if png else None), inside)
+        if png:
+            (Path(folder) / name).write_bytes(png)
         if not UsdUtils.CreateNewUsdzPackage(Sdf.AssetPath(str(inside)), str(packed)):
             raise BadInput(f"{path}: the package could not be written; try .usdc")
         shutil.copyfile(packed, temporary)
