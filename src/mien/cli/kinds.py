@@ -160,16 +160,11 @@ def _known(path: Path) -> Kind | None:
 
 
 def _face(path: Path) -> Kind:
-    if path.suffix.lower().startswith(".usd"):
-        from ..io import usd
-        from ..rig import Rig
-
-        return RIG if isinstance(usd.read_face(path), Rig) else PERFORMANCE
-    from ..io.performances import gltf_kind
+    from ..io.performances import face_kind
     from ..mesh import Scan
     from ..rig import Performance
 
-    return {Scan: SCAN, Performance: PERFORMANCE}.get(gltf_kind(path), RIG)
+    return {Scan: SCAN, Performance: PERFORMANCE}.get(face_kind(path), RIG)
 
 
 def _folder(path: Path) -> Kind | None:

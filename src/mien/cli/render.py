@@ -10,10 +10,9 @@ from cyclopts import Parameter
 from ..blendshapes.play import textures_of
 from ..errors import BadInput
 from ..files import existing
-from ..io import usd
-from ..io.gltf import read_performance, read_rig
-from ..io.gltf.glb import open_glb
 from ..io.meshes import read_scan
+from ..io.performances import READ, face_kind, read_any_performance
+from ..io.rigs import read_any_rig
 from ..mesh import Scan
 from ..pictures import Look, contact_sheet, label, write_mp4, write_png
 from ..pictures.show import (
@@ -131,14 +130,10 @@ def way_of(thing: Performance | Rig | Scan, other: object, output: Path, frame: 
 
 def load(file: Path, units: str | None) -> Performance | Rig | Scan:
     """A `.glb` or USD with animation as Performance, with blend shapes alone as Rig, all else as Scan."""
-    if existing(file).suffix.lower() in usd.SUFFIXES:
-        return usd.read_face(file)
-    if file.suffix.lower() == ".glb":
-        content = open_glb(file).json
-        parts = [part for mesh in content.get("meshes", []) for part in mesh.get("primitives", [])]
-        if any("targets" in part for part in parts):
-            return read_performance(file) if content.get("animations") else read_rig(file)
-    return read_scan(file, units)
+    kind = face_kind(file) if existing(file).suffix.lower() in READ else Scan
+    if kind is Scan:
+        return read_scan(file, units)
+    return read_any_performance(file) if kind is Performance else read_any_rig(file)
 
 
 def show_performance(

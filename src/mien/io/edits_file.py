@@ -92,7 +92,9 @@ def read_edited(path: str | Path, tell: Callable[[str], None] = unheard) -> Perf
     Raises:
         BadInput: as `read_captured`.
     """
-    return _edited(path, read_captured(path, tell), tell)
+    edits = edits_from(read_layer(edits_beside(path)), edits_beside(path))
+    performance = read_captured(path, tell)
+    return _edited(path, performance, edits, tell) if len(edits) else performance
 
 
 def write_edited(path: str | Path, performance: Performance, tell: Callable[[str], None] = unheard) -> None:
@@ -102,20 +104,18 @@ def write_edited(path: str | Path, performance: Performance, tell: Callable[[str
         BadInput: as `write_any_performance` and `read_layer`.
     """
     layer = read_layer(edits_beside(path))
-    if not len(edits_from(layer, edits_beside(path))):
+    edits = edits_from(layer, edits_beside(path))
+    if not len(edits):
         write_any_performance(path, performance)
         return
-    edited = _edited(path, performance, tell)
+    edited = _edited(path, performance, edits, tell)
     write_any_performance(captured_beside(path), performance)
     write_any_performance(path, edited)
     write_layer(edits_beside(path), layer | {"baked": _digest(path)})
 
 
-def _edited(path: str | Path, performance: Performance, tell: Callable[[str], None]) -> Performance:
+def _edited(path: str | Path, performance: Performance, edits: Edits, tell: Callable[[str], None]) -> Performance:
     beside = edits_beside(path)
-    edits = edits_from(read_layer(beside), beside)
-    if not len(edits):
-        return performance
     edited, unknown = apply_edits(performance, edits)
     tell(f"{beside}: {len(edits)} corrections applied")
     if unknown:

@@ -17,12 +17,14 @@ READ = (*GLTF, *usd.SUFFIXES)
 WRITTEN = (".glb", *usd.SUFFIXES)
 
 
-def gltf_kind(path: str | Path) -> type[Performance] | type[Rig] | type[Scan]:
-    """What a glTF file holds, by its JSON alone: a performance, a rig without motion, or a mesh without shapes.
+def face_kind(path: str | Path) -> type[Performance] | type[Rig] | type[Scan]:
+    """What a glTF or USD file holds, by its index alone: a performance, a rig without motion, a mesh without shapes.
 
     Raises:
-        BadInput: damaged.
+        BadInput: missing, damaged, or a USD without shapes.
     """
+    if Path(path).suffix.lower() in usd.SUFFIXES:
+        return Performance if usd.is_animated(path) else Rig
     content = open_glb(path).json
     parts = [part for mesh in content.get("meshes", []) for part in mesh.get("primitives", [])]
     if not any("targets" in part for part in parts):

@@ -7,12 +7,10 @@ from pathlib import Path
 from ..clip import Markers
 from ..errors import BadInput
 from ..files import existing
-from ..io import usd
 from ..io.edits_file import read_captured
-from ..io.gltf import read_rig
 from ..io.markers import read_markers
 from ..io.meshes import read_scan
-from ..io.performances import gltf_kind
+from ..io.performances import READ, face_kind
 from ..io.rigs import GLTF, read_any_rig
 from ..mesh import Scan
 from ..rig import Performance, Rig
@@ -63,15 +61,12 @@ def open_face(file: Path, units: str | None = None) -> Performance | Rig | Scan:
     suffix = file.suffix.lower()
     if file.is_dir():
         return read_any_rig(file, units)
-    if suffix in usd.SUFFIXES:
-        found = usd.read_face(file)
-        return read_captured(file) if isinstance(found, Performance) else found
-    if suffix in GLTF:
-        kind = gltf_kind(file)
-        if kind is Scan:
-            return read_scan(file, units)
-        return read_captured(file) if kind is Performance else read_rig(file)
-    if suffix in SCANS:
+    kind = face_kind(file) if suffix in READ else None
+    if kind is Performance:
+        return read_captured(file)
+    if kind is Rig:
+        return read_any_rig(file)
+    if kind is Scan or suffix in SCANS:
         return read_scan(file, units)
-    known = ", ".join((*GLTF, *usd.SUFFIXES, *SCANS, *TAKES, *FILMS))
+    known = ", ".join((*READ, *SCANS, *TAKES, *FILMS))
     raise BadInput(f"{file}: is nothing that can be shown; give one of {known}")

@@ -13,6 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from ...extras import require
+from ...files import note_clock
 from ...progress import unheard
 from ...rig import Performance, Rig
 
@@ -46,6 +47,7 @@ def write_performance(path: str | Path, performance: Performance) -> None:
 
     unit = with_unit_weights(performance)
     write_face(Path(path), unit.rig, unit)
+    note_clock(path, unit.rate, len(unit))
 
 
 def read_rig(path: str | Path, tell: Callable[[str], None] = unheard) -> Rig:
@@ -76,10 +78,9 @@ def read_performance(path: str | Path, tell: Callable[[str], None] = unheard) ->
     return open_face(Path(path), tell).performance()
 
 
-def read_face(path: str | Path, tell: Callable[[str], None] = unheard) -> Performance | Rig:
-    """A performance where something animates the blend shapes, else a rig; errors as those have."""
+def is_animated(path: str | Path) -> bool:
+    """Whether something animates the blend shapes; nothing but the stage's index is read. Errors as `read_rig`."""
     require("pxr", "usd")
     from .read import open_face
 
-    face = open_face(Path(path), tell)
-    return face.performance() if face.is_animated() else face.rig()
+    return open_face(Path(path), unheard).is_animated()

@@ -52,7 +52,8 @@ class OpenFace:
 
     def is_animated(self) -> bool:
         """Whether something moves the blend shapes."""
-        return weight_attribute(self.mesh) is not None
+        with told(self.path):
+            return weight_attribute(self.mesh) is not None
 
     def performance(self) -> Performance:
         """The rig and its animation."""
