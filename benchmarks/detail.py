@@ -9,7 +9,7 @@ import numpy as np
 from mien.detail.fit import DetailConfig, DetailModel, fit_detail
 from mien.detail.synthesize import SynthesisConfig, Synthesizer
 from mien.experiments.detail_stage import DetailStage, DetailStageConfig, detail_errors, detail_stage, kept_in_memory
-from mien.experiments.detail_study import placement_errors, storage_bytes
+from mien.experiments.detail_study import placement_errors, reflectance_errors, storage_bytes
 from mien.stage.seeds import REPORTING_SEEDS
 
 PAPER = {"medium": (0.397, 0.303, 0.296), "fine": (0.00554, 0.00396, 0.00370)}
@@ -41,7 +41,7 @@ def accuracy(stage: DetailStage, config: DetailConfig, orders: list[int]) -> Non
         before = time.process_time()
         model = fit_detail(stage.training, with_order)
         spent = time.process_time() - before
-        medium, fine = (np.nanmean(m.error_mm[~m.unreliable]) for m in (model.medium, model.fine))
+        medium, fine = (np.nanmean(m.error[~m.unreliable]) for m in (model.medium, model.fine))
         ours = f"medium {medium:.4f} (paper {PAPER['medium'][order - 1]}), fine {fine:.5f} ({PAPER['fine'][order - 1]})"
         print(f"{names[order]:12} rms on training, mm: {ours}; fitted in {spent:.1f} s", flush=True)
         table(model, stage)
@@ -66,6 +66,17 @@ def table(model: DetailModel, stage: DetailStage, title: str = "") -> None:
             print(f"  {name:12} {errors.line()} {errors.full / errors.shell:8.0%}", flush=True)
 
 
+def reflectance(stage: DetailStage, staged: DetailStageConfig, config: DetailConfig) -> None:
+    """Albedo on trained and held-out clips, learnt through dots and held against the skin without them."""
+    dotted = detail_stage(stage.seed, replace(staged, dot_radius_mm=1.5))
+    clean = detail_stage(stage.seed, replace(staged, dot_radius_mm=0.0))
+    model = fit_detail(kept_in_memory(dotted.training), replace(config, fine_size=0))
+    print(f"  {'albedo':12} {'static':>8} {'learnt':>8}")
+    for part in (clean.training, clean.unseen):
+        for name, (static, learnt) in reflectance_errors(model, part, config.base).items():
+            print(f"  {name:12} {static:8.4f} {learnt:8.4f} {learnt / static:8.0%}", flush=True)
+
+
 def placement(stage: DetailStage, config: DetailConfig) -> None:
     """Held-out error under markers that were glued elsewhere, and under more or fewer of them."""
     print("placement: mean error of the held-out clips, mm (shell alone, with maps)")
@@ -74,8 +85,13 @@ def placement(stage: DetailStage, config: DetailConfig) -> None:
 
 
 def speed(stage: DetailStage, config: DetailConfig) -> None:
-    """Frames a second in memory, and the evaluation beside a copy of its coefficients."""
+    """The fit, frames a second in memory, and the evaluation beside a copy of its coefficients."""
+    before, by_the_clock = time.process_time(), time.perf_counter()
     model = fit_detail(stage.training, config)
+    spent, by_the_clock = time.process_time() - before, time.perf_counter() - by_the_clock
+    sizes = f"{config.medium_size}^2 and {config.fine_size}^2"
+    print(f"both maps, {sizes}, from {len(stage.training)} frames: {spent:.1f} s of processor, "
+          f"{by_the_clock:.1f} s by the clock", flush=True)  # fmt: skip
     markers = model.head.aligned(model.reference[None] * [1, 0.98, 1])[0]
     for levels in (0, 2):
         dense = SynthesisConfig(levels=levels, fine_vertices=levels > 0, fine_map=levels == 0)
@@ -131,9 +147,8 @@ def main() -> None:
     parser.add_argument("--only", nargs="*", default=["accuracy", "placement", "speed", "growth"])
     given = parser.parse_args()
     before = time.process_time()
-    stage = detail_stage(
-        given.seed, DetailStageConfig(kind=given.kind, levels=given.levels, frames=given.frames)
-    )
+    staged = DetailStageConfig(kind=given.kind, levels=given.levels, frames=given.frames)
+    stage = detail_stage(given.seed, staged)
     if given.clips:
         clips = tuple(clip for clip in stage.training.clips if clip.name in given.clips)
         stage = replace(stage, training=replace(stage.training, clips=clips))
@@ -143,6 +158,7 @@ def main() -> None:
           f"made in {time.process_time() - before:.0f} s", flush=True)  # fmt: skip
     config = DetailConfig(medium_size=given.size, fine_size=2 * given.size)
     parts = {"accuracy": lambda: accuracy(stage, config, given.orders), "placement": lambda: placement(stage, config),
+             "reflectance": lambda: reflectance(stage, staged, config),
              "speed": lambda: speed(stage, config), "growth": lambda: growth(stage, config)}  # fmt: skip
     for name in given.only:
         parts[name]()

@@ -1,7 +1,10 @@
 """A small curved patch of skin with markers, whose detail is a known function of how it is deformed."""
 
+from dataclasses import replace
+
 import numpy as np
 
+from mien.detail.reflectance import under_dots
 from mien.detail.training import Clip, Frame, TrainingSet
 from mien.mesh import Mesh, closest_point
 
@@ -57,17 +60,34 @@ def wrinkled(mesh: Mesh, squeeze: float, shear: float, wrinkle_mm: float) -> np.
     return points
 
 
-def write_clips(folder, clips=None):
+def painted(whole: TrainingSet) -> TrainingSet:
+    """The patch in skin colour, redder the more it is squeezed; black round each marker."""
+
+    def frames(clip):
+        for markers, frame in zip(clip.markers, clip.frames(), strict=True):
+            squeeze = 1 - np.ptp(markers[:, 0]) / np.ptp(whole.markers[:, 0])
+            colors = np.tile([0.6 + squeeze, 0.4, 0.3], (len(frame.vertices), 1))
+            colors[under_dots(frame.vertices, markers, 2.0)] = 0
+            yield replace(frame, colors=colors)
+
+    return replace(whole, clips=tuple(replace(c, frames=lambda c=c: frames(c)) for c in whole.clips))
+
+
+def write_clips(folder, clips=None, colors=False):
     """The training set as files: a folder a clip."""
     from mien.clip import Markers
     from mien.io.markers.c3d import write_c3d
     from mien.io.meshes.ply import write_ply
+    from mien.pictures.color import to_srgb
 
-    whole = training()
+    whole = painted(training()) if colors else training()
     for clip in clips or whole.clips:
         place = folder / clip.name
         place.mkdir(parents=True)
         write_c3d(place / "markers.c3d", Markers(clip.markers, whole.labels, 30.0))
         for i, frame in enumerate(clip.frames()):
-            write_ply(place / f"frame_{i:06d}.ply", whole.mesh.with_vertices(frame.vertices))
+            mesh = whole.mesh.with_vertices(frame.vertices)
+            if frame.colors is not None:
+                mesh = replace(mesh, colors=to_srgb(frame.colors))
+            write_ply(place / f"frame_{i:06d}.ply", mesh)
     return whole

@@ -4,6 +4,7 @@ import pytest
 from detail_patch import write_clips
 from mien.cli.main import main
 from mien.clip import Markers
+from mien.io.exr import read_exr
 from mien.io.markers.c3d import write_c3d
 from mien.io.meshes.ply import read_ply
 
@@ -37,6 +38,20 @@ def test_fit_then_synth_gives_a_mesh_a_frame(fitted, capsys):
     inner = (np.abs(truth.vertices[:, :2]) < 20).all(axis=1)
     off = np.linalg.norm(last.vertices[:, None] - truth.vertices[None, inner][:, ::40], axis=2).min(axis=0)
     assert off.mean() < 0.8
+
+
+def test_coloured_clips_give_coloured_frames_without_their_dots_and_the_fine_map_as_pictures(tmp_path, capsys):
+    write_clips(tmp_path / "clips", colors=True)
+    dots = ["--reflectance.dot-radius-mm", 5]
+    assert run("fit", tmp_path / "clips", "-o", tmp_path / "maps", *FIT, *dots) == 0
+    assert "albedo 0.00" in capsys.readouterr().out
+    take = tmp_path / "clips" / "squeeze" / "markers.c3d"
+    assert run("synth", take, "--maps", tmp_path / "maps", "-o", tmp_path / "out", "--levels", 0, "--fine-map") == 0
+    first, last = (read_ply(tmp_path / "out" / f"frame_{i:06d}.ply")[0].colors for i in (0, 7))
+    assert first[:, 1].min() > 0.6
+    assert np.median(last[:, 0]) > np.median(first[:, 0]) + 0.1
+    assert read_exr(tmp_path / "out" / "fine_000007.exr")["height"].shape == (32, 32)
+    assert (tmp_path / "out" / "normal_000007.png").is_file()
 
 
 @pytest.mark.parametrize(

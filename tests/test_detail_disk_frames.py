@@ -3,7 +3,7 @@ import pytest
 
 from detail_patch import training
 from mien.detail.base_mesh import BaseConfig
-from mien.detail.disk.frames import write_frames
+from mien.detail.disk.frames import normal_image, write_frames
 from mien.detail.drive import Drive
 from mien.detail.fit import DetailConfig, fit_detail
 from mien.detail.synthesize import SynthesisConfig, Synthesizer
@@ -23,3 +23,17 @@ def test_frames_stand_where_the_head_was(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(BadInput, match="a file"):
         write_frames(tmp_path / "file", synthesizer, drive, iter(()))
+
+
+def test_a_slope_tilts_the_normal_map_by_its_angle():
+    """A height that grows by a tenth of a millimetre a millimetre along u, and one that does along v."""
+    still = BaseConfig(vertices=0, smoothing_mm=0)
+    model = fit_detail(training(), DetailConfig(base=still, medium_size=16, fine_size=64))
+    rows, columns = np.mgrid[:64, :64]
+    side = 60.0 / 0.9 / 64
+    middle = (slice(28, 36), slice(31, 33))
+    along_u = normal_image(model, (0.1 * side * columns).astype(np.float32))[middle] / 127.5 - 1
+    along_v = normal_image(model, (-0.1 * side * rows).astype(np.float32))[middle] / 127.5 - 1
+    np.testing.assert_allclose(along_u[..., 0], -0.1, atol=0.015)
+    np.testing.assert_allclose(along_v[..., 1], -0.1, atol=0.015)
+    np.testing.assert_allclose(along_u[..., 1], 0, atol=0.01)

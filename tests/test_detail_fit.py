@@ -24,8 +24,8 @@ def model():
 def test_both_maps_together_leave_little(model):
     """Furrows of 0.4 mm that grow with the square of a squeeze: what is left is a few hundredths."""
     good = ~model.fine.unreliable
-    assert np.median(model.fine.error_mm[good]) < 0.02
-    assert np.median(model.medium.error_mm) < 0.06
+    assert np.median(model.fine.error[good]) < 0.02
+    assert np.median(model.medium.error) < 0.06
 
 
 def test_detail_is_zero_at_the_neutral_but_for_what_smoothing_took(model):
@@ -38,7 +38,7 @@ def test_quadratic_detail_asks_for_quadratic_terms():
     linear = fit_detail(training(), replace(SMALL, medium=PolynomialConfig(1), fine_size=0))
     cubic = fit_detail(training(), replace(SMALL, medium=PolynomialConfig(3), fine_size=0))
     square = fit_detail(training(), replace(SMALL, fine_size=0))
-    errors = [np.sqrt(np.mean(m.medium.error_mm**2)) for m in (linear, square, cubic)]
+    errors = [np.sqrt(np.mean(m.medium.error**2)) for m in (linear, square, cubic)]
     assert errors[1] < 0.6 * errors[0]
     assert errors[2] > 0.5 * errors[1]
 
@@ -59,7 +59,7 @@ def test_frames_with_holes_are_left_out_texel_by_texel():
     holed = replace(holed, clips=(replace(clip, frames=frames), holed.clips[1]))
     a, b = (fit_detail(t, replace(SMALL, fine_size=0)) for t in (whole, holed))
     assert np.isfinite(b.medium.polynomial.coefficients).all()
-    np.testing.assert_allclose(np.median(b.medium.error_mm), np.median(a.medium.error_mm), atol=0.01)
+    np.testing.assert_allclose(np.median(b.medium.error), np.median(a.medium.error), atol=0.01)
 
 
 def with_vertices(clip, change):
@@ -89,7 +89,7 @@ def test_texels_never_seen_are_marked_and_no_map_holds_a_nan(tmp_path):
         assert all(np.isfinite(channel).all() for channel in read_exr(tmp_path / "maps" / name).values())
     back = read_detail(tmp_path / "maps")
     np.testing.assert_array_equal(back.fine.polynomial.seen, model.fine.polynomial.seen)
-    np.testing.assert_array_equal(np.isnan(back.fine.error_mm), np.isnan(model.fine.error_mm))
+    np.testing.assert_array_equal(np.isnan(back.fine.error), np.isnan(model.fine.error))
     frame = Synthesizer(back, SynthesisConfig(fine_vertices=True)).frame(model.reference * [0.9, 1, 1])
     assert np.isfinite(frame.vertices).all()
     assert np.isfinite(frame.fine).all()

@@ -104,6 +104,17 @@ def test_colours_are_colours_and_brows_are_dark(skin):
     assert np.unique(colors.round(3), axis=0).shape[0] > 1000
 
 
+def test_squeezed_skin_reddens_and_the_rest_keeps_its_colour(skin):
+    rest, smile = skin.colors(pose(skin)), skin.colors(pose(skin, mouthSmile=0.9, cheekSquint=0.7))
+    np.testing.assert_allclose(rest, skin.neutral.colors)
+    redder = (smile - rest)[:, 0] - (smile - rest)[:, 1]
+    points = skin.neutral.vertices
+    brow = (points[:, 1] > 30) & (points[:, 2] > 35)
+    assert redder.max() > 0.05
+    assert redder.min() < -0.02
+    assert np.abs(redder[brow]).max() < 0.02
+
+
 def test_no_wrinkles_and_no_pores_leave_the_smooth_surface():
     plain = make_skin(make_performer(5), SkinConfig(levels=1, wrinkles=0.0, pores=0.0))
     weights = pose(plain, browInnerUp=1.0, browOuterUp=1.0)

@@ -7,6 +7,8 @@ import numpy as np
 
 FRAMES, LEVELS, SIZE = 6, 2, 192
 """Of a training clip; of the skin's subdivision; of the medium map, the fine one has twice as much."""
+DOT_MM = 1.5
+"""Radius of the dots in the colours."""
 CHEEK_MM = np.array([34.0, 6.0, -28.0])
 """From the tip of the nose to the left cheek."""
 ORDERS = {"linear": 1, "biquadratic": 2, "bicubic": 3}
@@ -18,12 +20,14 @@ def demo_detail(folder: Path, seed: int, markers: int) -> None:
     """Leaves maps/, figures 3 to 8 and report.html in `folder`."""
     from ..detail.disk.maps import write_detail
     from ..detail.fit import DetailConfig, fit_detail
+    from ..detail.reflectance import ReflectanceConfig
     from ..experiments.detail_stage import DetailStageConfig, detail_stage, kept_in_memory
     from .bar import bar
 
     config = DetailConfig(medium_size=SIZE, fine_size=2 * SIZE)
     with bar() as progress:
-        stage = detail_stage(seed, DetailStageConfig(markers=markers, levels=LEVELS, frames=FRAMES))
+        before = DetailStageConfig(markers=markers, levels=LEVELS, frames=FRAMES, dot_radius_mm=DOT_MM)
+        stage = detail_stage(seed, before)
         training = kept_in_memory(stage.training)
         unseen = kept_in_memory(stage.unseen)
         stage = replace(stage, training=training, unseen=unseen)
@@ -32,7 +36,7 @@ def demo_detail(folder: Path, seed: int, markers: int) -> None:
             with_order = _with_order(config, order)
             models[name] = fit_detail(training, with_order, progress)
         by_strain = replace(config.domain, offsets=False)
-        strain = replace(config, fine_size=0, domain=by_strain)
+        strain = replace(config, fine_size=0, domain=by_strain, reflectance=ReflectanceConfig(learn=False))
         models["strain"] = fit_detail(stage.training, strain, progress)
         write_detail(folder / "maps", models["biquadratic"], half=True)
         figures = draw_figures(stage, models)
@@ -74,6 +78,7 @@ def draw_figures(stage, models) -> dict[str, np.ndarray]:
         "6": draw.map_sheet(model, medium, fine, seen["happy"]),
         "7": draw.pore_sheet(model, stage.training, seen["happy"], cheek),
         "8": draw.layers_sheet(model, rows),
+        "reflectance": draw.color_sheet(model, stage.training, seen["happy"]),
     }
 
 
@@ -109,14 +114,14 @@ def report(folder: Path, stage, models, figures) -> list[list]:
     )
     for number, (title, caption) in CAPTIONS.items():
         write_png(folder / f"figure_{number}.png", figures[number])
-        page.heading(f"Figure {number}: {title}").figure(figures[number], caption)
+        page.heading(f"Figure {number}: {title}" if number.isdigit() else title).figure(figures[number], caption)
     page.write(folder / "report.html")
     return errors
 
 
 def _residual(detail) -> float:
     """Mean rms of the reliable texels, mm."""
-    reliable = detail.error_mm[~detail.unreliable]
+    reliable = detail.error[~detail.unreliable]
     return float(np.nanmean(reliable))
 
 
@@ -127,4 +132,5 @@ CAPTIONS = {
     "6": ("maps against the truth", "The extreme of `happy`: heights along the normal."),
     "7": ("pores that stretch", "A cheek at the extreme of `happy`."),
     "8": ("the layers", "A trained frame, and one with an asymmetry that no clip showed."),
+    "reflectance": ("Reflectance", "The extreme of `happy`: black dots in the colours, and none in what was learnt."),
 }

@@ -26,13 +26,15 @@ def detail(
     rate: float | None = None,
     place: int | None = None,
     fitting: Annotated[DetailConfig, Parameter(name="*")] = DetailConfig(),
-    synthesis: Annotated[SynthesisConfig, Parameter(name="*")] = SynthesisConfig(fine_vertices=True, levels=1),
+    synthesis: Annotated[SynthesisConfig, Parameter(name="*")] = SynthesisConfig(
+        fine_vertices=True, fine_map=False, levels=1
+    ),
 ) -> None:
     """Learn how a person's skin wrinkles from scanned clips (fit), and put it on their takes (synth).
 
     `fit` reads a folder of clips, each with its markers and one registered mesh a frame, from neutral to an expression,
-    and leaves a folder of maps. `synth` plays a marker take, or any animated face of the same person, with them. `view`
-    writes a page that does so in a browser, on the GPU.
+    and leaves a folder of maps; meshes with colours give a map of the reflectance too. `synth` plays a marker take, or
+    any animated face of the same person, with them. `view` writes a page that does so in a browser, on the GPU.
 
     Parameters
     ----------
@@ -42,8 +44,9 @@ def detail(
         fit: the folder of clips. synth, view: a take (C3D, TRC, CSV) with the markers of the training, or a performance
         (.glb, .usd) of the same person.
     output
-        fit, view: the folder for the maps or the page. synth: a folder for one .ply a frame, a film (.mp4), or,
-        from a performance, a .glb or .usd whose rig has the wrinkles as shapes.
+        fit, view: the folder for the maps or the page. synth: a folder for one .ply a frame (with --fine-map its
+        displacement and normal map too), a film (.mp4), or, from a performance, a .glb or .usd whose rig has the
+        wrinkles as shapes.
     maps
         synth, view: the folder that fit has left.
     unit
@@ -85,10 +88,11 @@ def fit_maps(folder: Path, output: Path, config: DetailConfig, unit: str | None,
         print(note)
     kept = " ".join(f"{100 * energy:.1f}" for energy in model.domain.energies)
     print(f"deformation held by 1 to 5 directions: {kept} %")
-    fine = "" if model.fine is None else f", fine {np.nanmedian(model.fine.error_mm):.4f} mm"
+    fine = "" if model.fine is None else f", fine {np.nanmedian(model.fine.error):.4f} mm"
+    colours = "" if model.reflectance is None else f", albedo {np.nanmedian(model.reflectance.error):.3f}"
     print(
         f"{output}/: {len(training)} frames of {len(training.clips)} clips, {len(training.labels)} markers; residual "
-        f"medium {np.nanmedian(model.medium.error_mm):.3f} mm{fine}; "
+        f"medium {np.nanmedian(model.medium.error):.3f} mm{fine}{colours}; "
         f"{model.medium.unreliable.mean():.0%} of the texels are not reliable"
     )
 

@@ -4,13 +4,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Float, Float32, Int, Int32
+from jaxtyping import Bool, Float, Float32, Int, Int32
 
 from .._kernels import polymap
 from ..mesh import Attachment, Mesh
 from .domain import Domain
 from .marker_mesh import interpolation
 from .polynomial import PolynomialMap
+from .texture_space import Texels
 
 PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 """Products of barycentric weights in a triangle's quadratic form."""
@@ -72,6 +73,24 @@ class DrivenMap:
         forms = self.field.forms(vectors)
         polymap.evaluate_runs(forms, self.field.runs, self.field.triangle, self.field.weights, self._planes, out)
         return out.T
+
+
+@dataclass(frozen=True)
+class DetailMap:
+    """A map on its texels: displacements in mm, or albedo."""
+
+    texels: Texels
+    field: ParameterField
+    polynomial: PolynomialMap
+    error: Float[np.ndarray, " p"]
+    """Rms distance of the training data from the map at every texel, in its unit; NaN where no frame showed it."""
+    unreliable: Bool[np.ndarray, " p"]
+    """Nostrils, rims, lids, lips: data that no polynomial follows."""
+
+    @cached_property
+    def driven(self) -> DrivenMap:
+        """The map laid out for evaluation."""
+        return DrivenMap(self.field, self.polynomial)
 
 
 def parameter_field(domain: Domain, mesh: Mesh, attachment: Attachment, points: Attachment) -> ParameterField:

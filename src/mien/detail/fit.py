@@ -1,20 +1,20 @@
 """From training clips to two displacement maps: medium in three dimensions, fine along the normal (sec. 4, fig. 2)."""
 
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 from scipy import ndimage
 
 from ..errors import BadInput
 from ..mesh import Attachment, Mesh, closest_point, face_areas
 from ..progress import SILENT, Progress
-from .base_mesh import BaseConfig, base_mesh
+from .base_mesh import BaseConfig, BaseMesh, base_mesh
 from .domain import Domain, DomainConfig, deformation_vectors, fit_domain, marker_strains
-from .fields import DrivenMap, ParameterField, parameter_field
+from .fields import DetailMap, parameter_field
 from .marker_mesh import marker_mesh
 from .polynomial import PolynomialConfig, PolynomialFit, PolynomialMap
+from .reflectance import ReflectanceConfig, coloured_clips, fit_reflectance
 from .sampling import sampler
 from .texture_space import Texels, resampling, texture_gradients
 from .thin_shell import ShellConfig, ThinShell, thin_shell
@@ -33,6 +33,7 @@ class DetailConfig:
     domain: DomainConfig = DomainConfig()
     medium: PolynomialConfig = PolynomialConfig()
     fine: PolynomialConfig = PolynomialConfig()
+    reflectance: ReflectanceConfig = ReflectanceConfig()
     medium_size: int = 512
     """Side of the medium map, texels."""
     fine_size: int = 1024
@@ -43,24 +44,6 @@ class DetailConfig:
     """A displacement beyond this is no skin (a hole, a tongue): the sample is left out."""
     unreliable: float = 4.0
     """A texel whose rms residual exceeds this many times the median is marked."""
-
-
-@dataclass(frozen=True)
-class DetailMap:
-    """A displacement map on its texels."""
-
-    texels: Texels
-    field: ParameterField
-    polynomial: PolynomialMap
-    error_mm: Float[np.ndarray, " p"]
-    """Rms distance of the training data from the map at every texel, mm; NaN where no frame showed it."""
-    unreliable: Bool[np.ndarray, " p"]
-    """Nostrils, rims, lids, lips: data that no polynomial follows."""
-
-    @cached_property
-    def driven(self) -> DrivenMap:
-        """The map laid out for evaluation."""
-        return DrivenMap(self.field, self.polynomial)
 
 
 @dataclass(frozen=True)
@@ -82,6 +65,8 @@ class DetailModel:
     """Height along the normal, mm."""
     frames: int
     """Of training."""
+    reflectance: DetailMap | None = None
+    """Linear albedo on the medium map's texels, red, green and blue; None where the clips had no colours."""
 
     @property
     def reference(self) -> Float[np.ndarray, "k 3"]:
@@ -93,6 +78,8 @@ def fit_detail(
     training: TrainingSet, config: DetailConfig = DetailConfig(), progress: Progress = SILENT
 ) -> DetailModel:
     """Fit both maps (Ma et al. 2008, fig. 2): base motion, domain, medium map, then the fine map on what it leaves.
+
+    Clips with colours give a third map, of the reflectance.
 
     Raises:
         BadInput: training clips that do not fit together, markers far from the mesh or that nothing joins, a mesh that
@@ -106,6 +93,7 @@ def fit_detail(
     fine = None
     if config.fine_size:
         fine = _fit_fine(training, base, shell, attachment, domain, medium, config, progress)
+    reflectance = _fit_reflectance(training, base, domain, medium, config.reflectance, progress)
     return DetailModel(
         base=base.mesh,
         labels=training.labels,
@@ -116,6 +104,7 @@ def fit_detail(
         medium=medium,
         fine=fine,
         frames=len(training),
+        reflectance=reflectance,
     )
 
 
@@ -170,6 +159,19 @@ def _fit_fine(
         fit.add(drive.parameters(vectors), high_pass(left)[:, None])
         progress.update("fine map", number, len(training))
     return _with_errors(at.texels, drive, fit.solve(), fit, config)
+
+
+def _fit_reflectance(
+    training: TrainingSet, base: BaseMesh, domain: Domain, medium: DetailMap, config: ReflectanceConfig,
+    progress: Progress,
+) -> DetailMap | None:  # fmt: skip
+    """Sec. 4.2: albedo on the medium map's texels, from the clips that have colours."""
+    clips = coloured_clips(training) if config.learn else ()
+    if not clips:
+        return None
+    on_training = base.on_training(medium.texels.attachment)
+    seen = replace(training, clips=clips)
+    return fit_reflectance(seen, training.head, domain, medium, on_training, config, progress)
 
 
 class HighPass:

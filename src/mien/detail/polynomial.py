@@ -42,7 +42,7 @@ class PolynomialMap:
     """Millimetres by mm^-degree; c channels."""
     order: int
     seen: Bool[np.ndarray, " p"]
-    """False at texels that no training frame showed: their coefficients are 0."""
+    """False at texels that no training frame showed: their coefficients are 0, or filled in from round them."""
 
     def evaluate(self, parameters: Float32[np.ndarray, "p 2"]) -> Float32[np.ndarray, "p c"]:
         """The map's values under d1, d2 at every texel (eq. 1)."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -10,8 +10,9 @@ from jaxtyping import Float, Float32
 
 from ..mesh import Attachment, Mesh, loop_subdivide
 from ..mesh.subdivide import Refinement
-from .fields import DrivenMap, parameter_field
-from .fit import DetailMap, DetailModel
+from ..pictures.color import to_srgb
+from .fields import DetailMap, DrivenMap, parameter_field
+from .fit import DetailModel
 from .polynomial import PolynomialMap
 from .texture_space import sample, tangent_frames, texture_gradients, with_gutter
 
@@ -31,6 +32,8 @@ class SynthesisConfig:
     """Add the fine map to the vertices too (a dense mesh that needs no displacement mapping)."""
     fine_map: bool = True
     """Evaluate the fine map's image, for displacement mapping."""
+    colors: bool = True
+    """Colours too, where the maps have them."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +44,8 @@ class SynthesizedFrame:
     """Face space, mm."""
     fine: Float32[np.ndarray, " p"] | None
     """Height along the normal at every texel of the fine map, mm."""
+    colors: Float32[np.ndarray, "n 3"] | None = None
+    """Linear albedo of the vertices, 0..1."""
 
 
 class Synthesizer:
@@ -64,6 +69,9 @@ class Synthesizer:
         self._fine = None
         if model.fine is not None and config.fine_vertices:
             self._fine = DrivenMap(field, at_vertices(model.fine, dense.uv))
+        self._colors = None
+        if model.reflectance is not None and config.colors:
+            self._colors = DrivenMap(field, at_vertices(model.reflectance, dense.uv))
         self._response = np.ascontiguousarray(model.shell.response, np.float32)
         self._rest = model.base.vertices.astype(np.float32)
 
@@ -81,7 +89,8 @@ class Synthesizer:
         fine = None
         if model.fine is not None and config.fine_map:
             fine = model.fine.driven.values(vectors)[:, 0]
-        return SynthesizedFrame(vertices, fine)
+        colors = None if self._colors is None else np.clip(self._colors.values(vectors), 0, 1)
+        return SynthesizedFrame(vertices, fine, colors)
 
     def shell(self, markers: Float[np.ndarray, "k 3"]) -> Float32[np.ndarray, "n 3"]:
         """The base motion alone on the dense mesh (step 1), mm."""
@@ -106,6 +115,11 @@ class Synthesizer:
             offset = offset + self._fine.values(vectors) * np.array([0, 0, 1], np.float32)
         local = tangent_frames(self._gradients, vertices)
         return vertices + np.einsum("pa,pab->pb", offset, local)
+
+
+def coloured(mesh: Mesh, frame: SynthesizedFrame) -> Mesh:
+    """The mesh with the frame's colours, sRGB; unchanged where it has none."""
+    return mesh if frame.colors is None else replace(mesh, colors=to_srgb(frame.colors.astype(float)))
 
 
 def vertex_attachment(dense: Mesh, model: DetailModel, S: sp.spmatrix) -> Attachment:

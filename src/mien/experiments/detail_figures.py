@@ -8,12 +8,12 @@ from jaxtyping import Float, Int, UInt8
 from ..detail.fields import parameter_field
 from ..detail.fit import DetailConfig, DetailModel, HighPass, texel_mm
 from ..detail.sampling import Sampler
-from ..detail.synthesize import SynthesisConfig, Synthesizer, vertex_attachment
+from ..detail.synthesize import SynthesisConfig, Synthesizer, coloured, vertex_attachment
 from ..detail.texture_space import Texels
 from ..detail.training import Aligned, Clip, HeadMarkers, TrainingSet
 from ..mesh import Mesh, loop_subdivide
 from ..pictures import Renderer, View, colors_of, contact_sheet, frontal_camera
-from ..pictures.color import to_bytes
+from ..pictures.color import to_bytes, to_srgb
 from ..pictures.render import Look
 from .detail_stage import evaluated, layers
 
@@ -106,9 +106,9 @@ def error_sheet(models: dict[str, DetailModel]) -> Picture:
     pictures, captions = [], []
     for layer in ("fine", "medium"):
         maps = {name: getattr(model, layer) for name, model in models.items()}
-        top = max(float(np.nanquantile(m.error_mm, 0.95)) for m in maps.values())
+        top = max(float(np.nanquantile(m.error, 0.95)) for m in maps.values())
         for name, detail in maps.items():
-            pictures.append(_painted(detail.texels, detail.error_mm, (0.0, top), "heat"))
+            pictures.append(_painted(detail.texels, detail.error, (0.0, top), "heat"))
             captions.append(f"{layer}, {name}: 0 to {top:.2g} mm")
     return contact_sheet(pictures, captions, columns=len(models))
 
@@ -148,6 +148,20 @@ def pore_sheet(model: DetailModel, training: TrainingSet, aligned: Aligned, at: 
     return contact_sheet([Renderer(mesh, LOOK).draw(*view) for mesh in meshes], captions, columns=3)
 
 
+def color_sheet(model: DetailModel, training: TrainingSet, aligned: Aligned) -> Picture:
+    """Reflectance: what was photographed, dots and all; the neutral's colours; those of the frame."""
+    assert aligned.colors is not None
+    view = frontal_camera(model.base, PIXELS)
+    photographed = replace(shown_mesh(aligned.vertices, training.mesh.faces), colors=to_srgb(aligned.colors))
+    meshes = [photographed]
+    for learnt in (frozen(model), model):
+        made = Synthesizer(learnt, SynthesisConfig(levels=DENSE, fine_vertices=True, fine_map=False))
+        frame = made.frame(aligned.markers)
+        meshes.append(coloured(made.mesh.with_vertices(frame.vertices.astype(float)), frame))
+    captions = ["photographed", "static map", "polynomial map"]
+    return contact_sheet([Renderer(mesh, LOOK).draw(*view) for mesh in meshes], captions, columns=3)
+
+
 def close_up(vertices: Float[np.ndarray, "n 3"], at: Float[np.ndarray, " 3"]) -> View:
     """A camera before a spot of the face, from the side that it looks to."""
     near = vertices[np.linalg.norm(vertices - at, axis=1) < CLOSE_MM]
@@ -158,8 +172,10 @@ def close_up(vertices: Float[np.ndarray, "n 3"], at: Float[np.ndarray, " 3"]) ->
 def frozen(model: DetailModel) -> DetailModel:
     """The neutral's static maps: the constant terms alone."""
     parts = {}
-    for layer in ("medium", "fine"):
+    for layer in ("medium", "fine", "reflectance"):
         detail = getattr(model, layer)
+        if detail is None:
+            continue
         coefficients = detail.polynomial.coefficients.copy()
         coefficients[:, :-1] = 0
         parts[layer] = replace(detail, polynomial=replace(detail.polynomial, coefficients=coefficients))

@@ -5,14 +5,17 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
+from scipy.spatial import KDTree
 
 from ..detail.base_mesh import BaseConfig, base_mesh
-from ..detail.fit import DetailMap, DetailModel
+from ..detail.fields import DetailMap
+from ..detail.fit import DetailModel
 from ..detail.sampling import Sampler, interpolated, sampler
 from ..detail.texture_space import Texels, sample, with_gutter
 from ..detail.training import Aligned, Clip, Frame, TrainingSet, aligned_frames
 from ..mesh import Attachment
+from ..pictures.color import to_linear
 from ..stage import STRANGER, HeadMotion, Skin, SkinConfig, make_performer, make_skin, marker_layout
 from ..stage.script.training_clips import EXPRESSIONS, UNSEEN, expression_clip, unseen_clip
 from ..stage.sensors.mocap import head_motion, markers_on_skin
@@ -24,6 +27,8 @@ FARTHEST_MM = 15.0
 """As `DetailConfig.farthest_mm`: displacements beyond it are no skin."""
 
 
+PAINT = 0.02
+"""Linear albedo of a dot."""
 SCORED = 40_000
 """Points at which a synthesis is held against the truth."""
 
@@ -44,6 +49,8 @@ class DetailStageConfig:
     standoff_mm: float = 2.0
     jitter_mm: float = 0.02
     """Of the markers: dots in the scanner's own high-resolution cameras."""
+    dot_radius_mm: float | None = None
+    """Of the black dots in the colours; 0: colours without dots; None: colours are not photographed."""
     head: HeadMotion = field(default_factory=lambda: HeadMotion(rotation=0.05, translation=5.0))
 
 
@@ -69,8 +76,11 @@ def detail_stage(seed: int, config: DetailStageConfig = DetailStageConfig()) -> 
         T = head_motion(len(weights), RATE, config.head, rng)
         still = markers_on_skin(skin, weights, layout.attachment, standoff)
         noise = config.jitter_mm * rng.normal(size=still.shape)
-        return Clip(name, T.apply(still) + noise, lambda: _surfaces(skin, weights, T))
+        return Clip(name, T.apply(still) + noise, lambda: _surfaces(skin, weights, T, dots))
 
+    dots = None
+    if config.dot_radius_mm is not None:
+        dots = under_paint(skin, layout.attachment.points(skin.neutral), config.dot_radius_mm)
     rest = markers_on_skin(skin, np.zeros((1, 52)), layout.attachment, standoff)[0]
     seen = tuple(clip(name, expression_clip(name, config.frames, seed)) for name in EXPRESSIONS)
     other = tuple(clip(name, unseen_clip(name, config.unseen_frames, seed)) for name in UNSEEN)
@@ -78,16 +88,31 @@ def detail_stage(seed: int, config: DetailStageConfig = DetailStageConfig()) -> 
     return DetailStage(training, TrainingSet(skin.neutral, rest, layout.labels, other), skin, seed)
 
 
-def _surfaces(skin: Skin, weights: Float[np.ndarray, "frames 52"], T_lab_face: Transform) -> Iterator[Frame]:
+def under_paint(skin: Skin, places: Float[np.ndarray, "k 3"], radius_mm: float) -> Bool[np.ndarray, " n"]:
+    """Vertices that the dots' paint covers."""
+    away, _ = KDTree(places).query(skin.neutral.vertices)
+    return away < radius_mm
+
+
+def _surfaces(
+    skin: Skin, weights: Float[np.ndarray, "frames 52"], T_lab_face: Transform, dots: Bool[np.ndarray, " n"] | None
+) -> Iterator[Frame]:
     for i, frame in enumerate(weights):
-        yield Frame(T_lab_face[i].apply(skin.vertices(frame[None])[0]))
+        colors = None
+        if dots is not None:
+            colors = to_linear(skin.colors(frame))
+            colors[dots] = PAINT
+        yield Frame(T_lab_face[i].apply(skin.vertices(frame[None])[0]), colors)
 
 
 def kept_in_memory(training: TrainingSet) -> TrainingSet:
     """The same set with its surfaces made once, as 32-bit floats."""
     clips = []
     for clip in training.clips:
-        made = [Frame(frame.vertices.astype(np.float32), frame.colors) for frame in clip.frames()]
+        made = []
+        for frame in clip.frames():
+            colors = None if frame.colors is None else frame.colors.astype(np.float32)
+            made.append(Frame(frame.vertices.astype(np.float32), colors))
         clips.append(Clip(clip.name, clip.markers, lambda made=made: iter(made)))
     return TrainingSet(training.mesh, training.markers, training.labels, tuple(clips))
 

@@ -4,9 +4,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..detail.base_mesh import BaseConfig
+from ..detail.base_mesh import BaseConfig, base_mesh
 from ..detail.fit import DetailConfig, DetailModel, fit_detail
-from ..detail.training import Clip, TrainingSet
+from ..detail.sampling import interpolated
+from ..detail.training import Clip, TrainingSet, aligned_frames
 from ..detail.transfer.markers_elsewhere import placed_at
 from ..mesh import ClosestPoint
 from ..stage import marker_layout
@@ -60,6 +61,29 @@ def _glued(stage: DetailStage, model: DetailModel, rng, shift: float, count: int
 def _mean_errors(model: DetailModel, clips: TrainingSet, base: BaseConfig) -> tuple[float, float]:
     errors = detail_errors(model, clips, base).values()
     return float(np.mean([e.shell for e in errors])), float(np.mean([e.full for e in errors]))
+
+
+def reflectance_errors(model: DetailModel, clips: TrainingSet, base: BaseConfig) -> dict[str, tuple[float, float]]:
+    """Each clip's mean distance of linear albedo from the true skin's, all of it: constant term alone, whole map.
+
+    Args:
+        clips: with colours that no dot is in.
+    """
+    assert model.reflectance is not None
+    grid = model.medium.texels
+    on_training = base_mesh(clips.mesh, base).on_training(grid.attachment)
+    rest = model.reflectance.polynomial.coefficients[:, -1]
+    frames, out = aligned_frames(clips, model.head), {}
+    for clip in clips.clips:
+        rows = []
+        for _ in range(len(clip.markers)):
+            aligned = next(frames)
+            assert aligned.colors is not None
+            truth = interpolated(aligned.colors, on_training, clips.mesh.faces)
+            made = model.reflectance.driven.values(model.domain.vectors(aligned.markers[None])[0])
+            rows.append([np.linalg.norm(guess - truth, axis=1).mean() for guess in (rest, made)])
+        out[clip.name] = tuple(map(float, np.mean(rows, axis=0)))
+    return out
 
 
 def storage_bytes(training: TrainingSet, model: DetailModel) -> tuple[int, int, int]:

@@ -103,7 +103,6 @@ class Renderer:
     def __init__(self, mesh: Mesh, look: Look = Look(), texture: UInt8[np.ndarray, "th tw 3"] | None = None):
         self.mesh, self.look, self.texture = mesh, look, texture
         self._uv = None if texture is None else _corner_uv(mesh)
-        color = np.tile(look.skin, (len(mesh.vertices), 1)) if mesh.colors is None else mesh.colors
         self._faces = np.ascontiguousarray(mesh.faces, dtype=np.int64)
         self._matrix = self._between = sp.csr_matrix(sp.identity(len(mesh.vertices)))
         for _ in range(look.refine):
@@ -111,14 +110,26 @@ class Renderer:
             self._faces, self._matrix = finer.faces, sp.csr_matrix(finer.matrix @ self._matrix)
             self._between = sp.csr_matrix(finer.between @ self._between)
             self._uv = None if self._uv is None else finer.corners(self._uv)
-        albedo = to_linear(np.asarray(color, dtype=np.float64))
-        self._carried = self._between @ np.column_stack([albedo, eyeballs(mesh)])
+        self._eyes = eyeballs(mesh)
+        self._carried = self._painted(mesh.colors)
 
     def with_texture(self, texture: UInt8[np.ndarray, "th tw 3"]) -> "Renderer":
         """The same surface with another picture on it."""
         other = copy(self)
         other.texture = texture
         return other
+
+    def with_colors(self, colors: Float[np.ndarray, "n 3"] | None) -> "Renderer":
+        """The same surface with other vertex colours, sRGB."""
+        other = copy(self)
+        other._carried = self._painted(colors)
+        return other
+
+    def _painted(self, colors: Float[np.ndarray, "n 3"] | None) -> np.ndarray:
+        """Albedo and eyes of every vertex that is drawn."""
+        color = np.tile(self.look.skin, (len(self.mesh.vertices), 1)) if colors is None else colors
+        albedo = to_linear(np.asarray(color, dtype=np.float64))
+        return self._between @ np.column_stack([albedo, self._eyes])
 
     def draw(
         self,

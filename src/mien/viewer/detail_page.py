@@ -9,8 +9,8 @@ import numpy as np
 from jaxtyping import Float
 
 from ..detail.drive import Drive
-from ..detail.fields import QUADRATIC, parameter_field
-from ..detail.fit import DetailMap, DetailModel
+from ..detail.fields import QUADRATIC, DetailMap, parameter_field
+from ..detail.fit import DetailModel
 from ..detail.synthesize import at_vertices, vertex_attachment
 from ..detail.texture_space import texture_gradients, with_gutter
 from ..errors import BadInput

@@ -14,6 +14,7 @@ from ...files import existing
 from ...io.markers import read_markers
 from ...io.meshes import read_scan
 from ...mesh import Mesh
+from ...mesh.scan_color import vertex_colours
 from ...pictures.color import to_linear
 from ...register import procrustes_frames
 from ...takes.gaps import fill_gaps
@@ -196,9 +197,9 @@ def _positions(take: Markers, labels: tuple[str, ...]) -> Float[np.ndarray, "fra
 def _clip(name: str, take: Markers, meshes: list[Path], labels: tuple[str, ...], unit: str | None) -> Clip:
     def frames() -> Iterator[Frame]:
         for path in meshes:
-            mesh = read_scan(path, unit).mesh
-            colors = None if mesh.colors is None else to_linear(mesh.colors)
-            yield Frame(shown_vertices(mesh), colors)
+            scan = read_scan(path, unit)
+            colors = vertex_colours(scan)
+            yield Frame(shown_vertices(scan.mesh), None if colors is None else to_linear(colors))
 
     return Clip(name, _positions(take, labels), frames)
 

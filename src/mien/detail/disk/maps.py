@@ -12,8 +12,8 @@ from ...io.exr import read_exr, write_exr
 from ...io.meshes.ply import read_ply, write_ply
 from ...mesh import Attachment, Mesh
 from ..domain import Domain, DomainConfig, marker_strains
-from ..fields import parameter_field
-from ..fit import DetailMap, DetailModel
+from ..fields import DetailMap, parameter_field
+from ..fit import DetailModel
 from ..marker_mesh import marker_mesh
 from ..polynomial import EXPONENTS, PolynomialMap
 from ..texture_space import texels, texture_gradients, with_gutter
@@ -24,10 +24,12 @@ FORMAT = 1
 """Of `detail.json`; a newer one is refused."""
 MEDIUM_CHANNELS, FINE_CHANNELS = ("u", "v", "n"), ("n",)
 """Components of a map's values, mm, in the base's local frame."""
+REFLECTANCE_CHANNELS = ("r", "g", "b")
+"""Linear albedo."""
 
 
 def write_detail(folder: str | Path, model: DetailModel, half: bool = False) -> None:
-    """Write `base.ply`, `medium.exr`, `fine.exr` and, last, `detail.json`: a folder without it is unfinished.
+    """Write `base.ply`, `medium.exr`, `fine.exr`, `reflectance.exr` and, last, `detail.json`: without it, unfinished.
 
     Channels are `a0.u` and so on: the coefficient of eq. 1 and the component, beside the surface those of the nearest
     texel on it. `error` is the rms residual in mm. `seen` is 0 where no training frame showed the texel (coefficients
@@ -41,6 +43,8 @@ def write_detail(folder: str | Path, model: DetailModel, half: bool = False) -> 
     _write_map(folder / "medium.exr", model.medium, MEDIUM_CHANNELS, half)
     if model.fine is not None:
         _write_map(folder / "fine.exr", model.fine, FINE_CHANNELS, half)
+    if model.reflectance is not None:
+        _write_map(folder / "reflectance.exr", model.reflectance, REFLECTANCE_CHANNELS, half)
     record = {
         "format": FORMAT,
         "frames": model.frames,
@@ -57,13 +61,16 @@ def write_detail(folder: str | Path, model: DetailModel, half: bool = False) -> 
         "limits": model.domain.limits.tolist(),
         "shell": asdict(model.shell.config),
         "domain": asdict(model.domain.strains.config),
-        "medium": {"order": model.medium.polynomial.order, "size": model.medium.texels.size},
-        "fine": None if model.fine is None else {
-            "order": model.fine.polynomial.order, "size": model.fine.texels.size
-        },
-    }  # fmt: skip
+        "medium": _told(model.medium),
+        "fine": _told(model.fine),
+        "reflectance": _told(model.reflectance),
+    }
     with whole(folder / "detail.json") as temporary:
         temporary.write_text(json.dumps(record) + "\n")
+
+
+def _told(detail: DetailMap | None) -> dict[str, int] | None:
+    return None if detail is None else {"order": detail.polynomial.order, "size": detail.texels.size}
 
 
 def read_detail(folder: str | Path) -> DetailModel:
@@ -87,15 +94,18 @@ def read_detail(folder: str | Path) -> DetailModel:
         strains = marker_strains(base, attachment, head.reference, coarse, texture_gradients(base), config)
         limits = np.array(record["limits"], float).reshape(2, len(bases), 2)
         domain = Domain(strains, coarse, bases, np.array(record["energies"], float), int(record["replaced"]), limits)
-        medium = _read_map(folder / "medium.exr", record["medium"], MEDIUM_CHANNELS, base, attachment, domain)
-        fine = None
+        on = (base, attachment, domain)
+        medium = _read_map(folder / "medium.exr", record["medium"], MEDIUM_CHANNELS, *on)
+        fine = reflectance = None
         if record["fine"] is not None:
-            fine = _read_map(folder / "fine.exr", record["fine"], FINE_CHANNELS, base, attachment, domain)
+            fine = _read_map(folder / "fine.exr", record["fine"], FINE_CHANNELS, *on)
+        if record.get("reflectance") is not None:
+            reflectance = _read_map(folder / "reflectance.exr", record["reflectance"], REFLECTANCE_CHANNELS, *on)
         labels, frames = tuple(map(str, record["labels"])), int(record["frames"])
     except (KeyError, TypeError, ValueError, IndexError) as error:
         told = (str(error).splitlines() or [type(error).__name__])[0]
         raise BadInput(f"{folder / 'detail.json'}: does not fit the maps beside it ({told}); fit them anew") from None
-    return DetailModel(base, labels, head, attachment, shell, domain, medium, fine, frames)
+    return DetailModel(base, labels, head, attachment, shell, domain, medium, fine, frames, reflectance)
 
 
 def _record(path: Path) -> dict:
@@ -114,7 +124,7 @@ def _write_map(path: Path, detail: DetailMap, names: tuple[str, ...], half: bool
     grid, seen = detail.texels, detail.polynomial.seen
     image = with_gutter(grid.image(detail.polynomial.coefficients))
     channels = {f"a{m}.{name}": image[..., m, c] for m in range(image.shape[2]) for c, name in enumerate(names)}
-    error = np.where(seen, detail.error_mm, 0.0)
+    error = np.where(seen, detail.error, 0.0)
     for name, values, beside in (("error", error, 0.0), ("seen", seen, 0.0), ("unreliable", detail.unreliable, 1.0)):
         channels[name] = np.nan_to_num(grid.image(values.astype(np.float32)), nan=beside)
     write_exr(path, channels, half)

@@ -8,10 +8,11 @@ from scipy.interpolate import RBFInterpolator
 
 from ...errors import BadInput
 from ...mesh import Attachment, Mesh, closest_point
+from ...pictures.color import to_linear
 from ..base_mesh import base_mesh
 from ..domain import Domain, marker_strains
-from ..fields import parameter_field
-from ..fit import DetailConfig, DetailMap, DetailModel
+from ..fields import DetailMap, parameter_field
+from ..fit import DetailConfig, DetailModel
 from ..polynomial import PolynomialMap
 from ..sampling import Sampler, interpolated, sampler
 from ..texture_space import sample, texture_gradients, with_gutter
@@ -61,14 +62,19 @@ def carried_to(model: DetailModel, actor: OtherActor, config: DetailConfig = Det
     medium = _carried(model.medium, at, attachment, domain, warp, own)
     fine = None
     if model.fine is not None:
-        at = sampler(scan, base, shell, model.fine.texels.size, config.farthest_mm)
-        uv = _uv(base.mesh, at.texels.attachment)
-        left = at.displacement(rest)[:, 2] - sample(with_gutter(medium.texels.image(own)), uv)[:, 2]
-        fine = _carried(model.fine, at, attachment, domain, warp, left[:, None])
+        closer = sampler(scan, base, shell, model.fine.texels.size, config.farthest_mm)
+        uv = _uv(base.mesh, closer.texels.attachment)
+        left = closer.displacement(rest)[:, 2] - sample(with_gutter(medium.texels.image(own)), uv)[:, 2]
+        fine = _carried(model.fine, closer, attachment, domain, warp, left[:, None])
+    reflectance = None
+    if model.reflectance is not None and actor.neutral.colors is not None:
+        skin = interpolated(to_linear(actor.neutral.colors), at.on_training, actor.neutral.faces)
+        reflectance = _carried(model.reflectance, at, attachment, domain, warp, skin)
     head = HeadMarkers(actor.markers, model.head.steadiness)
     return replace(
-        model, base=base.mesh, head=head, attachment=attachment, shell=shell, domain=domain, medium=medium, fine=fine
-    )
+        model, base=base.mesh, head=head, attachment=attachment, shell=shell, domain=domain, medium=medium, fine=fine,
+        reflectance=reflectance,
+    )  # fmt: skip
 
 
 def _nearest(mesh: Mesh, markers: Float[np.ndarray, "k 3"]) -> np.ndarray:

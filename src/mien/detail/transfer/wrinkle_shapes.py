@@ -10,7 +10,7 @@ from ...rig import Performance, Rig
 from ...transforms import Transform
 from ..drive import drive_by_performance, stand_ins
 from ..fit import DetailModel
-from ..synthesize import SynthesisConfig, Synthesizer
+from ..synthesize import SynthesisConfig, Synthesizer, coloured
 
 WRINKLE = "wrinkle_{:02d}"
 MOST = 8
@@ -123,7 +123,8 @@ def with_wrinkles(model: DetailModel, performance: Performance, config: Synthesi
     moved = stand_ins(model, alone)
     shell = synthesizer.shell(model.reference)
     deltas = np.stack([synthesizer.shell(frame) - shell for frame in moved])
-    neutral = synthesizer.mesh.with_vertices(synthesizer.frame(model.reference).vertices.astype(float))
+    still = synthesizer.frame(model.reference)
+    neutral = coloured(synthesizer.mesh.with_vertices(still.vertices.astype(float)), still)
     names = (*rig.names, *(WRINKLE.format(i + 1) for i in range(len(wrinkles.shapes))))
     whole = Rig(neutral, np.concatenate([deltas, wrinkles.shapes]).astype(float), names)
     weights = np.concatenate([performance.weights, wrinkles.weights(performance.weights)], axis=1)

@@ -9,6 +9,15 @@ from ...mesh import Mesh
 from .fields import smooth_field
 
 BROWN = np.array([0.30, 0.20, 0.15])
+FLUSH = np.array([0.04, -0.06, -0.05])
+"""sRGB that squeezed skin gains at the most; stretched skin loses it."""
+FLUSHED_AT = 0.15
+"""Loss of area by which most of the blood that will move has moved."""
+
+
+def blood_moved(compression: Float[np.ndarray, " n"]) -> Float[np.ndarray, "n 3"]:
+    """What is added to the colour (sRGB) of skin that has lost a share of its area, negative where it has gained."""
+    return np.tanh(compression / FLUSHED_AT)[:, None] * FLUSH
 
 
 def albedo(

@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float, Int
 from ...errors import BadInput
 from ...landmarks.detector import bundled_landmarks
 from ...mesh import Mesh, adjacency, loop_refinement, submesh, vertex_normals
-from .albedo import albedo
+from .albedo import albedo, blood_moved
 from .performer import Performer
 from .strain import StrainGauge, strain_gauge
 from .wrinkles import FaceMap, Pattern, buckling, patterns
@@ -102,6 +102,13 @@ class Skin:
             amount = pattern.permanent + (1 - pattern.permanent) * buckling(compression, pattern.threshold)
             height[here] += pattern.depth * amount * relief
         return height
+
+    def colors(self, weights: Float[np.ndarray, " shapes"]) -> Float[np.ndarray, "n 3"]:
+        """Vertex colours in one frame, sRGB: blood leaves skin that is stretched and gathers where it is squeezed."""
+        coarse = self.performer.vertices(weights[None])[0]
+        area = sum(gauge.compression(coarse[None])[0] for gauge in self.stretch)
+        assert self.neutral.colors is not None
+        return np.clip(self.neutral.colors + blood_moved(self.smooth @ area), 0, 1)
 
     def mesh(self, weights: Float[np.ndarray, " shapes"]) -> Mesh:
         """One frame's skin, with colours."""
