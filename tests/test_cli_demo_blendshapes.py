@@ -1,21 +1,26 @@
 """`mien demo blendshapes`: its figures and its report, on a small rig; and without what it needs."""
 
+import base64
+import gzip
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from blendshape_rig import built_rig, true_landmarks
+from mien.blendshapes.build.rig_files import write_textured_rig
 from mien.blendshapes.correspond import landmarks as landmark_room
 from mien.cli import demo_blendshapes
-from mien.cli.demo_blendshapes import CAPTIONS, arkit_part, draw_figures, report
+from mien.cli.demo_blendshapes import CAPTIONS, arkit_part, draw_figures, playing, report
 from mien.cli.main import main
 from mien.experiments import blendshapes_figures, blendshapes_ways
 from mien.experiments.blendshapes_figures import Driven
 from mien.faces import ARKIT_NAMES
 from mien.landmarks.model_file import VARIABLE
+from mien.progress import SILENT
 from mien.rig import Performance
 from mien.transforms import Transform
+from mien.viewer.scene_file import read_scene
 
 
 @pytest.fixture
@@ -52,6 +57,21 @@ def test_every_figure_is_drawn_and_stands_in_the_report(session, tmp_path):
     assert "0.50 mm" in page
     assert "blind" in page
     assert (tmp_path / "figure_9.png").is_file()
+
+
+def test_both_clips_are_filmed_and_play_in_one_page(session, tmp_path, monkeypatch):
+    built, clips = session
+    monkeypatch.setattr(demo_blendshapes, "FILM_PIXELS", 48)
+    rig, zeros = clips["own"].performance.rig, np.zeros((2, len(clips["own"].performance.rig.names)))
+    two = Performance(rig, zeros, Transform.identity(2), 10.0, np.ones(2, bool))
+    short = {name: replace(clip, performance=two) for name, clip in clips.items()}
+    write_textured_rig(tmp_path / "me.glb", built.textured)
+    playing(tmp_path, short, built.textured, SILENT)
+    assert (tmp_path / "own.mp4").stat().st_size > 500
+    assert (tmp_path / "foreign.mp4").is_file()
+    page = (tmp_path / "index.html").read_text()
+    header, _ = read_scene(gzip.decompress(base64.b64decode(page.split('MIEN_SCENE = "')[1].split('"')[0])))
+    assert [len(face["captures"]) for face in header["faces"]] == [2, 2]
 
 
 def test_drivers_play_the_arkit_shapes_alone():

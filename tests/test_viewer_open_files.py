@@ -1,12 +1,16 @@
+import numpy as np
 import pytest
 
+from mien.blendshapes.build.rig_files import write_textured_rig
 from mien.errors import BadInput
 from mien.faces import load_face
 from mien.io.gltf import write_performance, write_rig
 from mien.mesh import Scan
 from mien.rig import Performance, Rig
-from mien.viewer.open_files import gather, open_face
+from mien.transforms import Transform
+from mien.viewer.open_files import gather, open_face, reopened
 from studio_things import nodding
+from test_blendshapes_build_masks import textured
 
 
 def test_files_are_opened_by_what_is_in_them(tmp_path):
@@ -27,3 +31,17 @@ def test_what_cannot_be_shown_is_named(tmp_path):
         gather([tmp_path / "notes.txt"])
     with pytest.raises(BadInput, match="no such file"):
         gather([tmp_path / "away.glb"])
+
+
+def test_a_rig_brings_its_textures_and_a_performance_those_of_the_rig_that_is_named(tmp_path):
+    rig = tmp_path / "me.glb"
+    write_textured_rig(rig, textured())
+    played = Performance(textured().rig, np.zeros((2, 2)), Transform.identity(2), 30.0, np.ones(2, bool))
+    write_performance(tmp_path / "perf.glb", played)
+    (alone,), _ = gather([tmp_path / "perf.glb"])
+    (dressed, own), _ = gather([tmp_path / "perf.glb", rig], textured=rig)
+    assert alone.textured is None
+    assert dressed.textured.captures == own.textured.captures == ("smile", "blink")
+    assert reopened(own).textured is not own.textured
+    with pytest.raises(BadInput, match="no textures beside it"):
+        gather([tmp_path / "perf.glb"], textured=tmp_path / "perf.glb")

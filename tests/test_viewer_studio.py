@@ -1,14 +1,11 @@
 """The page in a real browser: what its GPU finds against what the library finds."""
 
-import base64
-import io
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from PIL import Image
 
-from browser import browser, page_at
+from browser import browser, page_at, seen_from
 from mien.faces import load_face
 from mien.image_space.constraints import read_constraints
 from mien.io.edits_file import edits_beside, edits_from, read_layer
@@ -88,25 +85,9 @@ def test_the_picture_is_the_cpus(page, performance):
     iris and the edges' antialiasing differ."""
     rig = performance.rig
     view = frontal_camera(rig.neutral, SIZE, yaw=0.3)
-    camera, T = view
-    turn = np.eye(4)
-    turn[:3, :3], turn[:3, 3] = T.rotation, T.translation
-    place = np.linalg.inv(np.diag([1.0, -1, -1, 1]) @ turn)
-    near, far = 10.0, 5000.0
-    lens = np.zeros((4, 4))
-    lens[0, 0], lens[1, 1], lens[3, 2] = 2 * camera.fx / SIZE, 2 * camera.fy / SIZE, -1
-    lens[2, 2:] = -(far + near) / (far - near), -2 * far * near / (far - near)
-    fixed = {"matrix": place.T.ravel().tolist(), "projection": lens.T.ravel().tolist()}
-    page.evaluate(
-        """([fixed, size, frame]) => { const s = studio; s.stage.fixed = fixed; s.stage.size = [size, size];
-        s.stillHead = true; s.clock.seek(frame); s.stage.draw(); }""",
-        [fixed, SIZE, FRAME],
-    )
-    shot = page.evaluate("studio.stage.renderer.domElement.toDataURL()")
-    page.evaluate("studio.stage.fixed = null; studio.stage.size = null; studio.stillHead = false; studio.show()")
-    drawn = np.asarray(Image.open(io.BytesIO(base64.b64decode(shot.split(",")[1]))).convert("RGB")).astype(int)
+    drawn = seen_from(page, view, SIZE, FRAME)
     vertices = rig.vertices(performance.weights[FRAME])
-    expected = Renderer(rig.neutral, rig_look(rig.neutral)).draw(camera, T, vertices=vertices).astype(int)
+    expected = Renderer(rig.neutral, rig_look(rig.neutral)).draw(*view, vertices=vertices).astype(int)
     off = np.abs(drawn - expected).max(axis=2)
     print(f"mean {off.mean():.2f} levels, within 12: {(off <= 12).mean():.4f}")
     assert off.mean() < 2

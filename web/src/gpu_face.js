@@ -1,5 +1,7 @@
 // A face whose shape is made on the GPU: shapes summed, subdivided, normals found anew, all in textures.
 import * as THREE from "three";
+import { FaceTextures, noShares } from "./face_textures.js";
+import { textureOf } from "./picture_texture.js";
 import { COVER, FACE_FRAGMENT, FACE_VERTEX, LAMP_FRAGMENT, LAMP_VERTEX, MORPH, NORMALS, PICK_FRAGMENT, PICK_VERTEX, SUBDIVIDE, WIDTH } from "./shaders.js";
 
 export const SILENT = 1e-5; // weights below this are none
@@ -24,16 +26,6 @@ function target(count) {
     type: THREE.FloatType, format: THREE.RGBAFormat, depthBuffer: false,
     minFilter: THREE.NearestFilter, magFilter: THREE.NearestFilter,
   });
-}
-
-export async function textureOf(blob) {
-  const image = await createImageBitmap(blob, { imageOrientation: "flipY", colorSpaceConversion: "none" });
-  const texture = new THREE.Texture(image);
-  texture.flipY = false; texture.generateMipmaps = true; texture.anisotropy = 8;
-  texture.wrapS = texture.wrapT = THREE.RepeatWrapping;
-  texture.minFilter = THREE.LinearMipmapLinearFilter;
-  texture.needsUpdate = true;
-  return texture;
 }
 
 const BLANK = new THREE.DataTexture(new Uint8Array([128, 128, 128, 255]), 1, 1);
@@ -81,7 +73,7 @@ export class GpuFace {
       others: { value: this.still.texture }, still: { value: this.still.texture }, palette: { value: palette },
       skin: { value: BLANK }, textured: { value: false }, shadow: { value: null }, lamp: { value: new THREE.Matrix4() },
       radius: { value: 1 }, limit: { value: 5 }, opened: { value: 0 },
-      heat: { value: 0 }, look: { value: 0 }, lines: { value: false }, eyes: { value: eyes },
+      heat: { value: 0 }, look: { value: 0 }, lines: { value: false }, eyes: { value: eyes }, ...noShares(),
     };
     this.material = raw(FACE_VERTEX, FACE_FRAGMENT, this.uniforms, { side: THREE.DoubleSide });
     this.wire = raw(FACE_VERTEX, FACE_FRAGMENT, { ...this.uniforms, lines: { value: true } }, { wireframe: true, transparent: true, depthFunc: THREE.LessEqualDepth, polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnits: -1 });
@@ -90,6 +82,10 @@ export class GpuFace {
     const mesh = new THREE.Mesh(geometry, this.material);
     mesh.frustumCulled = false;
     mesh.matrixAutoUpdate = false;
+    if (told.captures) {
+      this.textures = new FaceTextures(told, file, this.uniforms);
+      this.textures.loading.then(() => this.onready?.());
+    }
     if (told.texture) textureOf(file.picture(told.texture)).then((texture) => { this.uniforms.skin.value = texture; this.uniforms.textured.value = true; this.texture = texture; this.onready?.(); });
     return mesh;
   }
@@ -100,6 +96,7 @@ export class GpuFace {
     for (let k = 0; same && k < weights.length; k++) same = weights[k] === this.weights[k];
     if (same) return;
     this.weights.set(weights);
+    this.textures?.setWeights(weights);
     const pairs = this.used.image.data;
     let count = 0;
     for (let k = 0; k < weights.length; k++) {

@@ -1,5 +1,6 @@
 // GLSL: the passes that make a face's shape on the GPU, and how it is lit (the twin of mien.pictures.render).
 export const WIDTH = 512; // of textures that hold one vertex a texel
+export const MOST_BLENDED = 16; // captures whose textures are blended at one time
 
 const COMMON = `
 precision highp float; precision highp int; precision highp sampler2D; precision highp isampler2DArray;
@@ -103,7 +104,8 @@ void main() {
 
 export const FACE_FRAGMENT = `${COMMON}
 in vec3 point, normal, tint, home; in vec2 st, kind; in float clear, amount;
-uniform sampler2D skin, shadow, palette;
+uniform sampler2D skin, shadow, palette, masks;
+uniform mediump sampler2DArray captures; uniform vec4 blended[${MOST_BLENDED}]; uniform int sharing; // share of each region, layer
 uniform int heat, look; // look: 0 colours, 1 clay
 uniform bool textured, lines;
 uniform mat4 lamp; uniform float radius, limit;
@@ -172,11 +174,17 @@ vec3 iris(vec3 white, out float wet) {
   }
   return white;
 }
+// T = t0 + sum_k c_k m_k (t_k - t0), the captures in use alone.
+vec3 painted() {
+  vec3 base = texture(skin, st).rgb, sum = base, mask = texture(masks, st).rgb;
+  for (int i = 0; i < sharing; i++) sum += dot(blended[i].xyz, mask) * (texture(captures, vec3(st, blended[i].w)).rgb - base);
+  return clamp(sum, 0.0, 1.0);
+}
 void main() {
   vec3 n = normalize(normal), v = normalize(-point);
   float open = clear;
   if (!gl_FrontFacing) { n = -n; open *= 0.35; }
-  vec3 albedo = textured ? linear(texture(skin, st).rgb) : linear(tint);
+  vec3 albedo = textured ? linear(painted()) : linear(tint);
   float wet = kind.x, tooth = kind.y, unused;
   if (look == 1) { albedo = vec3(0.42); wet = 0.0; tooth = 0.0; }
   if (kind.x > 0.5 && !textured && look == 0) albedo = iris(linear(vec3(0.88, 0.86, 0.84)), unused);

@@ -7,6 +7,8 @@ import numpy as np
 
 FRAMES, CLIP_FRAMES, RATE = 10, 40, 15.0
 """Of a held expression; of a clip; of a clip, a second."""
+FILM_PIXELS = 360
+"""Side of the clips' films."""
 CALM = 16
 """Frames at a clip's beginning in which its driver holds still and calm, as `mien personalize` asks for."""
 COMBINED: dict[str, dict[str, float]] = {
@@ -25,7 +27,7 @@ PLAYED = ("smile", "brows_up", "jawOpen", "mouthPucker")
 
 
 def demo_blendshapes(folder: Path, seed: int) -> None:
-    """Leaves captures/, scans/, me.glb, own.glb, foreign.glb, figures and report.html in `folder`."""
+    """Leaves captures/, scans/, me.glb, both clips (.glb, .mp4), index.html, figures and report.html in `folder`."""
     from ..blendshapes.build.rig_files import write_textured_rig
     from ..blendshapes.expression import RigConfig
     from ..blendshapes.pipeline import build_rig
@@ -51,6 +53,7 @@ def demo_blendshapes(folder: Path, seed: int) -> None:
         }
         for name, clip in clips.items():
             write_performance(folder / f"{name}.glb", clip.performance)
+        playing(folder, clips, built.textured, progress)
         errors = true_errors(built, actor, face)
         figures = draw_figures(built, clips, face)
         report(folder, errors, figures, clips, built)
@@ -58,8 +61,9 @@ def demo_blendshapes(folder: Path, seed: int) -> None:
         print(line)
     for name, row in errors.items():
         print(f"{name:12} {row['mean']:.2f} mm, drift {row['drift median']:.1f} texels")
-    print(f"{folder}/: captures/  scans/  me.glb  own.glb  foreign.glb  figure_*.png  report.html")
-    print(f"next: mien render {folder}/own.glb --textured {folder}/me.glb -o own.mp4")
+    print(f"{folder}/: captures/  scans/  me.glb  own.glb  own.mp4  foreign.glb  foreign.mp4  figure_*.png")
+    print(f"{folder}/index.html plays both; {folder}/report.html tells how near they are")
+    print(f"next: mien view {folder}/own.glb --textured {folder}/me.glb")
 
 
 def scanned(actor, name: str, seed: int, config, folder: Path):
@@ -108,6 +112,25 @@ def driven(actor, built, seed: int, foreign: bool, progress):
     person = personalize(kept, progress=progress)
     tracked = track_take(kept, person.rig, person.landmarks, progress=progress)
     return Driven(pictures, retarget(tracked.performance, rig, correctives=False).performance)
+
+
+def playing(folder: Path, clips, textured, progress) -> None:
+    """Both clips as films, and side by side in `index.html`, textures in step."""
+    from ..blendshapes.play import textures_of
+    from ..pictures import write_mp4
+    from ..pictures.show import Shot, performance_frames
+    from ..viewer.page_files import export_page
+    from ..viewer.studio_scene import Shown, pack_scene
+
+    shown = []
+    for name, clip in clips.items():
+        played = clip.performance
+        textures = textures_of(played, folder / "me.glb")
+        shot = Shot(size=FILM_PIXELS)
+        images = performance_frames(played, range(len(played)), shot, progress=progress, textures=textures)
+        write_mp4(folder / f"{name}.mp4", images, played.rate)
+        shown.append(Shown(f"{name}.glb", played, textured=textured))
+    export_page(folder / "index.html", pack_scene(shown))
 
 
 def arkit_part(rig):
@@ -172,7 +195,7 @@ def report(folder: Path, errors, figures, clips, built) -> None:
     page = Report("Textured blendshapes", lead)
     mean = np.mean([row["mean"] for row in errors.values()])
     page.verdict(f"Skin is found to {mean:.2f} mm, mean over {len(errors)} expressions, by true correspondence.")
-    page.page(moving_page(clips["own"].performance, "own.glb"))
+    page.page(moving_page(clips["own"].performance, "own.glb", textured=built.textured))
     rows = [[name, *row.values()] for name, row in errors.items()]
     units = ("mean, mm", "median, mm", "p95, mm", "drift median", "drift p95", "beyond 60 degrees, mm")
     page.heading("How near to the skin").table(rows, ("expression", *units), "Drift in texels of 1024 a side.")

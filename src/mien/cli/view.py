@@ -24,6 +24,7 @@ def view(
     host: str = LOCAL,
     port: int | None = None,
     units: str | None = None,
+    textured: Path | None = None,
     open_browser: Annotated[bool, Parameter(name="--open")] = True,
 ) -> None:
     """Look at performances, rigs and scans in the browser: play, scrub, sliders, curves, overlays, side by side.
@@ -43,15 +44,17 @@ def view(
         Where to listen; by default the first free one from 8360 on.
     units
         mm, cm, m, in, or millimetres in one unit as a number; for scans.
+    textured
+        The rig of `mien rig` that the performances play on, whose textures then change with its shapes.
     open_browser
         Open the browser; --no-open prints the address alone.
     """
     if not files:
         raise BadInput("view: name a file: a performance, a rig or a scan")
-    check_outputs({FOLDER: export}, inputs=files)
+    check_outputs({FOLDER: export}, inputs=[*files, textured])
     if export is not None:
         refuse_unused("with --export", "host", "port", "open_browser")
-    shown, films = gather(files, units)
+    shown, films = gather(files, units, textured)
     studio = Studio(shown, films)
     if export is not None:
         size = export_page(export, studio.scene(), films)

@@ -16,6 +16,7 @@ from ..faces.bundled import load_face
 from ..pictures import Renderer, contact_sheet, frontal_camera
 from ..pictures.render import Look
 from ..pictures.show import rig_look
+from ..pictures.view import View
 from ..rig import Performance, Rig
 from .blendshapes_ways import Points, warp_of
 
@@ -53,11 +54,14 @@ def posed_sheet(textured: TexturedRig, poses: Mapping[str, Mapping[str, float]],
     """The textured rig in several poses, each with its name."""
     view = frontal_camera(textured.rig.neutral, PIXELS, frame=front_of(textured.rig))
     renderer = Renderer(textured.rig.neutral, face_look(textured.rig), textured.rig.texture)
-    cells = []
-    for weights in poses.values():
-        vertices, texture = posed(textured, weights)
-        cells.append(renderer.with_texture(texture).draw(*view, vertices=vertices))
+    cells = [posed_picture(textured, weights, renderer, view) for weights in poses.values()]
     return contact_sheet(cells, list(poses), columns)
+
+
+def posed_picture(textured: TexturedRig, weights: Mapping[str, float], renderer: Renderer, view: View) -> Picture:
+    """The textured rig in one pose; `renderer` is of its mesh."""
+    vertices, texture = posed(textured, weights)
+    return renderer.with_texture(texture).draw(*view, vertices=vertices)
 
 
 def front_of(rig: Rig) -> Points:

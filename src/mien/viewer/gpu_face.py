@@ -1,5 +1,6 @@
 """A face as a page's GPU takes it: texels instead of vertices, lists of neighbours, smooth subdivision as sums."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -7,6 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 from jaxtyping import Float, Int, Real
 
+from ..blendshapes.build.masks import REGIONS, TexturedRig, share_gram
 from ..faces import load_face
 from ..io.gltf.mesh import split_seams
 from ..mesh import Mesh, loop_refinement, subdivided
@@ -59,6 +61,31 @@ def face_of(rig: Rig, scene: SceneWriter) -> dict[str, Any]:
     if fine.mesh.colors is not None:
         told["colors"] = scene.array(fine.mesh.colors[source], "f4")
     return told
+
+
+def textures_in_step(textured: TexturedRig, names: Sequence[str], scene: SceneWriter) -> dict[str, Any]:
+    """What blends textures with the shapes (Casas et al. 2016, eq. 3 and sec. 5.2).
+
+    The base texture, each capture's, the regions' masks as one picture, and what finds shares from weights.
+
+    names: of the shapes that the page has weights of; one that the rig lacks has no texture.
+    """
+    base = textured.rig.texture
+    assert base is not None
+    mixes = np.zeros((len(textured.captures), len(names)))
+    for k, name in enumerate(names):
+        if name in textured.rig.names:
+            mixes[:, k] = textured.mixes[:, textured.rig.index(name)]
+    masks = np.stack([textured.mask_textures[region] for region in REGIONS], -1)
+    regions = [[float(region in kept) for region in REGIONS] for kept in textured.regions]
+    return {
+        "texture": scene.picture(base),
+        "captures": [scene.picture(picture) for picture in textured.textures],
+        "masks": scene.picture((masks * 255).round().astype(np.uint8)),
+        "regions": scene.array(np.array(regions).reshape(-1, len(REGIONS)), "f4"),
+        "gram": scene.array(share_gram(textured.mixes), "f4"),
+        "mixes": scene.array(mixes, "f4"),
+    }
 
 
 @dataclass(frozen=True)

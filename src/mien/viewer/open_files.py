@@ -4,6 +4,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from ..blendshapes.build.masks import TexturedRig
+from ..blendshapes.build.rig_files import read_textured_rig
+from ..blendshapes.play import textured_for
 from ..clip import Markers
 from ..errors import BadInput
 from ..files import existing
@@ -22,8 +25,10 @@ SCANS = (".ply", ".obj", ".stl")
 FILMS = (".mp4", ".webm", ".mov", ".m4v")
 
 
-def gather(files: Sequence[Path], units: str | None = None) -> tuple[list[Shown], list[Film]]:
-    """Everything that is to be shown, by its suffix.
+def gather(
+    files: Sequence[Path], units: str | None = None, textured: Path | None = None
+) -> tuple[list[Shown], list[Film]]:
+    """Everything that is to be shown, by its suffix; performances with the textures of the rig `textured`.
 
     Raises:
         BadInput: missing, of no kind that is known, or what its reader raises.
@@ -37,8 +42,22 @@ def gather(files: Sequence[Path], units: str | None = None) -> tuple[list[Shown]
             shown.append(Shown(file.name, read_markers(file, units), file))
         else:
             unit_mm = 1.0 if units is None or suffix in GLTF else parse_unit(units)
-            shown.append(Shown(file.name, open_face(file, units), file, unit_mm))
+            face = open_face(file, units)
+            shown.append(Shown(file.name, face, file, unit_mm, textures_for(face, file, textured)))
     return shown, films
+
+
+def textures_for(face: Performance | Rig | Scan, file: Path, textured: Path | None) -> TexturedRig | None:
+    """What changes with a face's shapes: a rig's own textures, a performance's where their rig is named.
+
+    Raises:
+        BadInput: that rig has none, or is another one.
+    """
+    if isinstance(face, Rig):
+        return read_textured_rig(file)
+    if isinstance(face, Performance) and textured is not None:
+        return textured_for(face, textured)
+    return None
 
 
 def reopened(shown: Shown) -> Shown:
@@ -49,7 +68,8 @@ def reopened(shown: Shown) -> Shown:
     """
     if shown.path is None or isinstance(shown.thing, Markers):
         return shown
-    return replace(shown, thing=open_face(shown.path, f"{shown.unit_mm:g}" if shown.unit_mm != 1.0 else None))
+    thing = open_face(shown.path, f"{shown.unit_mm:g}" if shown.unit_mm != 1.0 else None)
+    return replace(shown, thing=thing, textured=textures_for(thing, shown.path, None) or shown.textured)
 
 
 def open_face(file: Path, units: str | None = None) -> Performance | Rig | Scan:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..blendshapes.build.masks import TexturedRig
 from ..clip import Markers
 from ..errors import BadInput
 from ..faces import load_face
@@ -15,7 +16,7 @@ from ..pictures.colormap import LEVELS, table
 from ..pictures.show import head_motion, same_topology
 from ..rig import Performance, Rig
 from ..transforms import Transform, quaternions_from_rotations
-from .gpu_face import face_of
+from .gpu_face import face_of, textures_in_step
 from .marker_overlay import markers_in_world
 from .scene_file import SceneWriter
 
@@ -34,6 +35,8 @@ class Shown:
     """The file that it came from; corrections are kept beside it."""
     unit_mm: float = 1.0
     """Millimetres in one unit of a scan's file."""
+    textured: TexturedRig | None = None
+    """Whose textures go with the shapes of a performance or rig."""
 
 
 @dataclass(frozen=True)
@@ -73,6 +76,8 @@ def _face(one: Shown, scene: SceneWriter) -> dict[str, Any]:
     rig = rig_of(one.thing)
     told = {"name": one.name, "kind": type(one.thing).__name__.lower()}
     told |= face_of(rig, scene) | {"eyes": eyes_of(rig.neutral)}
+    if one.textured is not None:
+        told |= textures_in_step(one.textured, rig.names, scene)
     if isinstance(one.thing, Performance):
         told["motion"] = _motion(one.thing, scene)
     return told

@@ -122,8 +122,12 @@ def masked(
     return delta * np.sum([masks[name] for name in regions], axis=0)[:, None]
 
 
+DAMPING = 0.02
+"""Weight of no texture beside the weights that captures are to make."""
+
+
 def texture_weights(
-    weights: Float[np.ndarray, "frames shapes"], mixes: Float[np.ndarray, "captures shapes"], damping: float = 0.02
+    weights: Float[np.ndarray, "frames shapes"], mixes: Float[np.ndarray, "captures shapes"]
 ) -> Float[np.ndarray, "frames captures"]:
     """How much of each capture's texture goes with weights of the shapes, 0..1.
 
@@ -132,5 +136,9 @@ def texture_weights(
     """
     if not len(mixes):
         return np.zeros((len(weights), 0))
-    gram = mixes @ mixes.T + damping * np.eye(len(mixes))
-    return np.asarray(box_least_squares(gram, weights @ mixes.T, 0.0, 1.0).values)
+    return np.asarray(box_least_squares(share_gram(mixes), weights @ mixes.T, 0.0, 1.0).values)
+
+
+def share_gram(mixes: Float[np.ndarray, "captures shapes"]) -> Float[np.ndarray, "captures captures"]:
+    """The matrix of `texture_weights`: its shares are the least of c' gram c / 2 - c' mixes w with c in 0..1."""
+    return mixes @ mixes.T + DAMPING * np.eye(len(mixes))
