@@ -68,6 +68,62 @@ def test_record3d_without_depth_is_colour_alone(tmp_path):
     assert "no depth" in take.notes[0]
 
 
+def repacked(path, name=lambda old: old, about=None, depth=lambda packed: packed):
+    """`path` again as `odd.r3d`: other names, other metadata, depth packed otherwise."""
+    odd = path.with_name("odd.r3d")
+    with zipfile.ZipFile(path) as old, zipfile.ZipFile(odd, "w") as new:
+        for each in old.namelist():
+            data = old.read(each)
+            if each == "metadata":
+                told = json.loads(data) if about is None else about
+                data = json.dumps({key: value for key, value in told.items() if value is not None})
+            new.writestr(name(each), depth(data) if each.endswith(".depth") else data)
+    return odd
+
+
+K = [60, 0, 0, 0, 61, 0, 23.5, 15.5, 1]
+ABOUT = {"w": 48, "h": 32, "dw": 24, "dh": 16, "fps": 20, "K": K}
+COEFFICIENTS = [[50, 51, 23.5, 15.5], [60, 61, 23.5, 15.5], [70, 71, 23.5, 15.5]]
+
+
+@pytest.mark.parametrize(
+    "odd",
+    [
+        {"name": lambda old: f"take/{old}"},
+        {"name": lambda old: "metadata.json" if old == "metadata" else old.replace("rgbd/", "rgbd/00")},
+        {"about": ABOUT | {"K": None, "perFrameIntrinsicCoeffs": COEFFICIENTS}},
+        {"about": ABOUT | {"dw": 16, "dh": 24}},
+        {"about": ABOUT | {"frameTimestamps": [7, 7, 7]}},
+        {"depth": lzfse.decompress},
+        {"depth": lambda data: np.frombuffer(lzfse.decompress(data), np.float32).astype(np.float16).tobytes()},
+    ],
+    ids=["in a folder", "other names", "lens by frame", "depth's sides swapped", "no clock", "bare", "half floats"],
+)
+def test_record3d_of_other_forms_is_the_same_take(tmp_path, odd):
+    record3d(tmp_path / "a.r3d")
+    take = read_rgbd(repacked(tmp_path / "a.r3d", **odd))
+    frames = list(take)
+    assert take.camera == CAMERA
+    np.testing.assert_allclose([frame.time for frame in frames], [0, 0.05, 0.1])
+    np.testing.assert_array_equal(frames[1].depth, np.full((32, 48), 1500))
+
+
+@pytest.mark.parametrize(
+    ("odd", "why"),
+    [
+        ({"name": lambda old: f"{old}x"}, "a zip, but not Record3D's: it holds no metadata, but metadatax, rgbd"),
+        ({"name": lambda old: old.replace("jpg", "heic")}, "no colour as rgbd/0.jpg, but metadata, rgbd/0.depth"),
+        ({"about": ABOUT | {"K": [0] * 9}}, "tells no camera"),
+        ({"about": ABOUT | {"dw": 20}}, "frame 0 cannot be read .384 depths where its metadata says 20 x 16"),
+        ({"depth": lambda data: b"nothing"}, "frame 0 cannot be read .its depth is damaged, or not packed by LZFSE"),
+    ],
+)
+def test_record3d_is_refused_for_what_is_wrong_with_it(tmp_path, odd, why):
+    record3d(tmp_path / "a.r3d")
+    with pytest.raises(BadInput, match=why):
+        list(read_rgbd(repacked(tmp_path / "a.r3d", **odd)))
+
+
 def test_record3d_cut_off_or_not_one(tmp_path):
     record3d(tmp_path / "a.r3d")
     data = (tmp_path / "a.r3d").read_bytes()
