@@ -1,5 +1,6 @@
 """Wavefront OBJ, however it is written."""
 
+import re
 import time
 
 import numpy as np
@@ -97,6 +98,28 @@ def test_obj_refusals(tmp_path):
     assert "names v number 0" in refusal(path, "v 0 0 0\nf 0 1 1\n")
     assert "names v number 0" in refusal(path, "v 0 0 0\nvt 0 0\nf /1 1/1 1/1\n")
     assert "names vt number 2" in refusal(path, "v 0 0 0\nvt 0 0\nf 1/1 1/1 1/2\n")
+
+
+TRIANGLE = "v 0{0}5 1{0}25 -2{0}0\nv 3{0}0 1{0}0 0{0}0\nv 0{0}0 4{0}5 1{0}0\nf 1 2 3\n"
+
+
+def test_decimal_commas_are_points(tmp_path):
+    (tmp_path / "a.obj").write_text(TRIANGLE.format(","))
+    mesh = read_scan(tmp_path / "a.obj").mesh
+    np.testing.assert_array_equal(mesh.vertices, [[0.5, 1.25, -2], [3, 1, 0], [0, 4.5, 1]])
+    (tmp_path / "b.obj").write_text("v 1. 2. 3. 1\nv 4. 2. 3. 1\nv 4. 7. 3. 1\nf 1 2 3\n")
+    np.testing.assert_array_equal(read_scan(tmp_path / "b.obj").mesh.vertices, [[1, 2, 3], [4, 2, 3], [4, 7, 3]])
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        (TRIANGLE.format(". "), r"decimals are parted by blanks \(v 0\. 5 1\. 25 -2\. 0\)"),
+        ("v 0 1098600 1 0 2 450000\n" * 3 + "f 1 2 3\n", "numbers from 0 to 450000 behind x y z, which are no colours"),
+    ],
+)
+def test_decimals_that_were_torn_off_are_no_colours(tmp_path, text, why):
+    assert re.search(why, refusal(tmp_path / "a.obj", text))
 
 
 @pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16"])

@@ -22,6 +22,11 @@ _COMMENT = re.compile(rb"(?<![^\s])#[^\n]*")
 _NO_NUMBER = re.compile(rb"-?\d\.#[A-Za-z]+\d*")
 """How some C libraries print what is no number: `1.#QNAN`, `-1.#IND`."""
 
+_APART = re.compile(rb"[ \t]*(?:-?\d*\.[ \t]+\d+(?:[ \t\r]+|(?=\n))){2,}\n")
+"""A line of numbers whose decimals do not hang together: `10. 25 0. 5 3. 0`."""
+_FULL = 255.0
+"""The brightest colour of those who count in whole numbers."""
+
 
 def read_obj(path: str | Path) -> tuple[Mesh, Path | Pages | None]:
     """The mesh of an OBJ file in the file's unit, and where its colour picture is, or its several pages are.
@@ -46,9 +51,7 @@ def read_obj(path: str | Path) -> tuple[Mesh, Path | Pages | None]:
         uv, uv_faces = _texture_corners(text, texels[:, :2], corners[:, 1], counts, triangles)
         if len(uv) == len(points) and np.array_equal(uv_faces, faces):
             uv_faces = None
-    colors = points[:, 3:6] if points.shape[1] >= 6 else None
-    if colors is not None and colors.size and colors.max() > 1:
-        colors = colors / 255.0
+    colors = _colors(text, points[:, 3:6]) if points.shape[1] >= 6 else None
     mesh = Mesh(points[:, :3], faces, uv, uv_faces, colors)
     if uv is None:
         return mesh, None
@@ -134,6 +137,11 @@ def _plain(path: Path) -> bytes:
 
 def _table(text: _Text, kind: bytes, fewest: int) -> Float[np.ndarray, "rows columns"]:
     lines = text.lines(kind)
+    if b"," in lines and b"." not in lines:
+        lines = lines.replace(b",", b".")
+    if _APART.match(lines):
+        first = lines.split(b"\n")[0].decode().strip()
+        raise BadInput(f"{text.path}: its decimals are parted by blanks ({kind.decode()} {first}); export it again")
     if b"#" in lines:
         lines = re.sub(_NO_NUMBER, b"nan", re.sub(_COMMENT, b"", lines))
     if not lines:
@@ -145,6 +153,19 @@ def _table(text: _Text, kind: bytes, fewest: int) -> Float[np.ndarray, "rows col
         lines = b"\n".join(b" ".join(line.split()[:fewest]) for line in lines.split(b"\n"))
         widths = np.array([fewest])
     return _sound(text, parse_floats(lines), kind).reshape(-1, int(widths[0]))
+
+
+def _colors(text: _Text, behind: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
+    """What stands behind the vertices as colours in 0..1.
+
+    Raises:
+        BadInput: numbers that are no colours: `0 25 1 5 2 75` is three numbers whose decimal commas became blanks.
+    """
+    low, high = np.nanmin(behind, initial=0.0), np.nanmax(behind, initial=0.0)
+    if low < 0 or high > _FULL:
+        numbers = f"numbers from {low:g} to {high:g} behind x y z, which are no colours"
+        raise BadInput(f"{text.path}: has {numbers}; were its decimal commas lost? export it again")
+    return behind / _FULL if high > 1 else behind
 
 
 def _sound(text: _Text, values: np.ndarray | None, kind: bytes) -> np.ndarray:
