@@ -12,7 +12,11 @@ from mien.cli.main import PIPELINE
 from mien.io import usd
 from mien.io.gltf import write_performance, write_rig
 from mien.io.livelink import write_live_link
+from mien.io.markers import READERS
 from mien.io.meshes import write_mesh
+from mien.io.performances import READ
+from mien.rgbd import VIDEO_SUFFIXES
+from mien.viewer import open_files
 from test_io_rigs import folder_of
 
 EVERY = [kind for kind in vars(kinds).values() if isinstance(kind, kinds.Kind)]
@@ -81,3 +85,19 @@ def test_a_hint_names_the_verb_that_wants_the_file(files):
 def test_commands_are_verbs_that_exist(kind):
     assert kind.verbs <= set(PIPELINE)
     assert np.all([command.startswith("mien ") for command, _ in kind.commands])
+
+
+def test_suffixes_are_those_that_the_readers_take():
+    """`kinds` names them itself, so that a command starts before readers are imported."""
+    assert set(kinds.FILMS) == set(VIDEO_SUFFIXES) >= set(open_files.FILMS)
+    assert set(kinds.FACES) == set(READ)
+    assert set(kinds.TABLES) | {".c3d", ".trc"} == set(READERS)
+
+
+def test_the_page_takes_every_marker_file(tmp_path):
+    wide_csv(tmp_path / "take.csv", take().positions)
+    table = (tmp_path / "take.csv").read_text().replace(",", "\t")
+    (tmp_path / "take.tsv").write_text(table)
+    [shown], films = open_files.gather([tmp_path / "take.tsv"])
+    assert not films
+    np.testing.assert_allclose(shown.thing.positions, take().positions, atol=1e-3)

@@ -26,9 +26,9 @@ def test_files_are_opened_by_what_is_in_them(tmp_path):
 
 
 def test_what_cannot_be_shown_is_named(tmp_path):
-    (tmp_path / "notes.txt").write_text("no")
-    with pytest.raises(BadInput, match=r"notes\.txt: is nothing that can be shown"):
-        gather([tmp_path / "notes.txt"])
+    (tmp_path / "notes.doc").write_text("no")
+    with pytest.raises(BadInput, match=r"notes\.doc: is nothing that can be shown"):
+        gather([tmp_path / "notes.doc"])
     with pytest.raises(BadInput, match="no such file"):
         gather([tmp_path / "away.glb"])
 

@@ -13,7 +13,7 @@ from .take import RgbdTake
 from .video import read_video
 from .write import write_rgbd
 
-VIDEO_SUFFIXES = (".mp4", ".mov", ".avi", ".mkv", ".webm")
+VIDEO_SUFFIXES = (".mp4", ".mov", ".avi", ".m4v", ".mkv", ".webm")
 
 
 def read_rgbd(

@@ -11,7 +11,7 @@ from ..clip import Markers
 from ..errors import BadInput
 from ..files import existing
 from ..io.edits_file import read_captured
-from ..io.markers import read_markers
+from ..io.markers import READERS, read_markers
 from ..io.meshes import read_scan
 from ..io.performances import READ, face_kind
 from ..io.rigs import GLTF, read_any_rig
@@ -20,9 +20,9 @@ from ..rig import Performance, Rig
 from ..units import parse_unit
 from .studio_scene import Film, Shown
 
-TAKES = (".c3d", ".trc", ".csv")
 SCANS = (".ply", ".obj", ".stl")
 FILMS = (".mp4", ".webm", ".mov", ".m4v")
+"""Of the films that are read those that a browser plays."""
 
 
 def gather(
@@ -38,7 +38,7 @@ def gather(
         suffix = file.suffix.lower()
         if suffix in FILMS:
             films.append(Film(file.name, file))
-        elif suffix in TAKES:
+        elif suffix in READERS:
             shown.append(Shown(file.name, read_markers(file, units), file))
         else:
             unit_mm = 1.0 if units is None or suffix in GLTF else parse_unit(units)
@@ -88,5 +88,5 @@ def open_face(file: Path, units: str | None = None) -> Performance | Rig | Scan:
         return read_any_rig(file)
     if kind is Scan or suffix in SCANS:
         return read_scan(file, units)
-    known = ", ".join((*READ, *SCANS, *TAKES, *FILMS))
+    known = ", ".join((*READ, *SCANS, *READERS, *FILMS))
     raise BadInput(f"{file}: is nothing that can be shown; give one of {known}")
