@@ -111,8 +111,9 @@ def test_the_head_and_its_teeth_turn_in_place_and_the_feet_stand(tmp_path):
     np.testing.assert_array_equal(place(glb, 2, 0, 4), np.eye(4))
 
 
-def test_a_bone_named_head_turns_instead(tmp_path):
-    """The bone's parent is turned; the face is skinned to it."""
+@pytest.mark.parametrize("bone", ["mixamorig:Head", "Kopf"])
+def test_a_bone_turns_the_head_instead(tmp_path, bone):
+    """The bone's parent is turned; the face is skinned to it, its jaw to one below, a little of it to the spine."""
     half = np.sqrt(0.5)
 
     def skinned(path):
@@ -120,10 +121,16 @@ def test_a_bone_named_head_turns_instead(tmp_path):
         glb = open_glb(path)
         build = GlbBuilder(glb.json, bytearray(glb.blob))
         build.add("nodes", {"name": "Spine", "rotation": [half, 0, 0, half], "children": [4], "scale": [0.01] * 3})
-        build.add("nodes", {"name": "mixamorig:Head", "translation": [0, 0, -150]})
-        bind = np.linalg.inv(global_matrix(type(glb)(glb.path, build.json, b""), 4)).T.astype(np.float32)
-        build.add("skins", {"joints": [4], "inverseBindMatrices": build.accessor(bind.reshape(1, 16))})
+        build.add("nodes", {"name": bone, "translation": [0, 0, -150], "children": [5]})
+        build.add("nodes", {"name": "Kiefer"})
+        placed = [global_matrix(type(glb)(glb.path, build.json, b""), n) for n in (3, 4, 5)]
+        binds = np.stack([np.linalg.inv(each).T.ravel() for each in placed]).astype(np.float32)
+        build.add("skins", {"joints": [3, 4, 5], "inverseBindMatrices": build.accessor(binds)})
         build.json["accessors"][-1]["type"] = "MAT4"
+        weights = np.tile(np.array([[0.05, 0.6, 0.35, 0]], np.float32), (25, 1))
+        part = build.json["meshes"][0]["primitives"][0]
+        joints = np.tile(np.array([[0, 1, 2, 0]], np.uint16), (25, 1))
+        part["attributes"] |= {"JOINTS_0": build.accessor(joints), "WEIGHTS_0": build.accessor(weights)}
         build.json["nodes"][0]["skin"] = 0
         build.json["scenes"][0]["nodes"] = [0, 1, 2, 3]
         build.save(path)

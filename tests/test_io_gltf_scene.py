@@ -57,5 +57,6 @@ def test_the_mesh_with_most_targets_is_the_face():
     [(("Hips", "Neck", "mixamorig:Head"), 2), (("Hips", "Neck_01", "Eye"), 1), (("A", "B", "C"), None)],
 )
 def test_the_head_s_bone_is_known_by_its_name(names, found):
-    tree = glb([*({"name": name} for name in names), {"mesh": 0, "skin": 0}], skins=[{"joints": [0, 1, 2]}])
+    tree = glb([*({"name": name} for name in names), {"mesh": 0, "skin": 0}], skins=[{"joints": [0, 1, 2]}],
+               meshes=[{"primitives": [{}]}])  # fmt: skip
     assert head_joint(tree, 3) == found

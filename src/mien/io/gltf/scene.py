@@ -11,6 +11,9 @@ from ...transforms import rotations_from_quaternions
 from .glb import Glb
 from .mesh import vertex_count
 
+_BEARS = 0.1
+"""A joint with this share of what the shapes move bears the face; the neck, at the chin's rim, has less."""
+
 
 def morph_mesh_node(glb: Glb) -> tuple[int | None, dict[str, Any]]:
     """The node of the mesh with the most morph targets, then vertices (None: in no node), and that mesh.
@@ -96,7 +99,8 @@ def global_matrix(glb: Glb, n: int) -> Float[np.ndarray, "4 4"]:
 
 
 def head_joint(glb: Glb, face: int | None) -> int | None:
-    """The bone that turns the head: what VRM calls so, else the joint of the face's skin that is named head, else neck.
+    """The bone that turns the head: what VRM calls so, else the joint of the face's skin that is named head, else neck,
+    else (in another language) the one that bears the face.
 
     A face without a skin is turned by the bone that it hangs from, if that is named so. None where there is no bone.
     """
@@ -116,7 +120,31 @@ def head_joint(glb: Glb, face: int | None) -> int | None:
         named = [n for n in allowed if _last_word(nodes[n].get("name") or "") == wanted]
         if named:
             return named[0]
-    return None
+    return None if skin is None else _bearing_joint(glb, face, allowed)
+
+
+def _bearing_joint(glb: Glb, face: int, joints: list[int]) -> int | None:
+    """The joint from which all hang that bear a good part of what the shapes move: a head, with jaw and eyes below."""
+    total = np.zeros(len(joints))
+    for part in glb.json["meshes"][glb.json["nodes"][face]["mesh"]].get("primitives", []):
+        given = part.get("attributes", {})
+        shifts = [np.abs(glb.accessor(target["POSITION"])).sum(1) for target in part.get("targets", [])]
+        for name in sorted(each for each in given if each.startswith("JOINTS_")):
+            share = glb.accessor(given[name.replace("JOINTS", "WEIGHTS")]) * np.sum(shifts, axis=0)[:, None]
+            np.add.at(total, glb.accessor(given[name]).astype(int), share)
+    bearing = np.flatnonzero(total >= _BEARS * total.sum()) if total.any() else []
+    parent = {child: n for n, each in enumerate(glb.json["nodes"]) for child in each.get("children", [])}
+    above = [_ancestors(joints[k], parent) for k in bearing]
+    common = [n for n in above[0] if all(n in others for others in above)] if above else []
+    return next((n for n in common if n in joints), None)
+
+
+def _ancestors(node: int, parent: dict[int, int]) -> list[int]:
+    """A node and those above it, upwards."""
+    chain = [node]
+    while chain[-1] in parent and parent[chain[-1]] not in chain:
+        chain.append(parent[chain[-1]])
+    return chain
 
 
 def _vrm_head(glb: Glb) -> int | None:
