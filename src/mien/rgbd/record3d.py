@@ -160,7 +160,7 @@ def _camera(held: _Contents, first: int) -> tuple[Camera, tuple[int, int] | None
     except (*_DAMAGED, *_WRONG, OSError) as error:
         raise BadInput(f"{held.path}: its metadata tells no camera (w, h and K): {error!r}; export it again") from error
     if depth_size and (width - height) * (depth_size[0] - depth_size[1]) < 0:
-        depth_size = depth_size[::-1]  # a phone held upright: the size is told as the sensor lies
+        depth_size = depth_size[1], depth_size[0]  # a phone held upright: the size is told as the sensor lies
     return full.scaled(min(1.0, LONGEST / max(width, height))), depth_size
 
 
