@@ -11,17 +11,23 @@ BLOCK = 512
 
 @no_type_check
 @nb.njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"}, error_model="numpy")
+def inner(a, b):
+    """a' b of two rows of one type, in that type. By whole rows: an offset into a longer one is not vectorised."""
+    total = a.dtype.type(0)
+    for i in range(a.size):
+        total += a[i] * b[i]
+    return total
+
+
+@no_type_check
+@nb.njit(cache=True, nogil=True, error_model="numpy")
 def products(rows, row):
-    """Inner products (s,) of rows (s, n) with row (n,), float32 sums in float64 every `BLOCK` entries."""
+    """Inner products (s,) of rows (s, n) with row (n,), of one type; summed in float64 every `BLOCK` entries."""
     count, length = rows.shape
     out = np.zeros(count)
-    for first in range(0, length, BLOCK):
-        last = min(first + BLOCK, length)
-        for s in range(count):
-            total = rows[s, 0] * 0
-            for i in range(first, last):
-                total += rows[s, i] * row[i]
-            out[s] += total
+    for s in range(count):
+        for first in range(0, length, BLOCK):
+            out[s] += inner(rows[s, first : first + BLOCK], row[first : first + BLOCK])
     return out
 
 
