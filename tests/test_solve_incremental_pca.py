@@ -83,6 +83,20 @@ def test_says_when_the_basis_changed():
     assert [i + 1 for i, c in enumerate(changed) if c] == [3, 20, 21, 22]
 
 
+def test_a_sample_may_enter_first_and_change_the_basis_later():
+    whole, halves = IncrementalPca(90, SMALL), IncrementalPca(90, SMALL)
+    assert not halves.update()
+    for sample in stream(12, 30):
+        whole.add(sample)
+        before = halves.basis
+        halves.enter(sample)
+        assert halves.pending
+        assert halves.basis.base is before.base
+        halves.update()
+        assert not halves.pending
+    np.testing.assert_array_equal(halves.basis, whole.basis)
+
+
 def test_an_earlier_start_is_allowed():
     config = IncrementalPcaConfig(components=3, buffer=20, warm_up=5)
     samples = stream(9, 14)

@@ -51,6 +51,12 @@ class IncrementalPca:
         self._gram = np.zeros((config.buffer, config.buffer))
         self._mix = np.zeros((config.buffer, config.components))
         self._rows = np.zeros((0, length), dtype=np.float32)
+        self._projections: Float[np.ndarray, "k s"] | None = None
+
+    @property
+    def pending(self) -> bool:
+        """Whether a sample has entered that the basis does not know of yet."""
+        return self._projections is not None
 
     @property
     def basis(self) -> Float32[np.ndarray, "n k"]:
@@ -72,9 +78,24 @@ class IncrementalPca:
         Raises:
             ValueError: wrong length, or not finite.
         """
+        self.enter(sample)
+        return self.update()
+
+    def enter(self, sample: Float[np.ndarray, " n"]) -> None:
+        """Take a sample and leave the basis as it is: half the work of `add`, `update` is the other.
+
+        Raises:
+            ValueError: wrong length, or not finite.
+        """
         if sample.shape != self._samples.shape[1:] or not np.isfinite(sample).all():
             raise ValueError(f"sample: expected {self._samples.shape[1]} finite numbers, got shape {sample.shape}")
-        projections = self._enter(sample.astype(np.float32))
+        self._projections = self._enter(sample.astype(np.float32))
+
+    def update(self) -> bool:
+        """Let the basis follow the last sample, once there are enough; whether it changed."""
+        projections, self._projections = self._projections, None
+        if projections is None:
+            return False
         if self.count == self.config.components:
             self._mix[: self.count] = np.eye(self.count)
         elif self.count >= self.config.warm_up:

@@ -177,9 +177,13 @@ class Subspace:
     duals: Float32[np.ndarray, "a coordinates"]
     """U' D: coefficients are `duals @ displacement`."""
 
+    def coefficients(self, displacement: Float32[np.ndarray, "f 3"]) -> Float[np.ndarray, " a"]:
+        """M' (v - b0); the shapes being orthonormal, their squares add up to the mean square of the projection, mm^2."""
+        return mix.products(self.duals, displacement.ravel())
+
     def project(self, displacement: Float32[np.ndarray, "f 3"]) -> Float32[np.ndarray, "f 3"]:
         """M M' (v - b0), the nearest displacement in the span, in mean square over the area."""
-        coefficients = mix.products(self.duals, displacement.ravel()).astype(np.float32)
+        coefficients = self.coefficients(displacement).astype(np.float32)
         return mix.combine(self.shapes, coefficients[:, None]).reshape(displacement.shape)
 
 

@@ -20,6 +20,8 @@ from ..transforms import Transform
 from .model import TrackingModel
 from .preprocess_frame import FrameObservation
 
+IDS = np.array(FEATURES)
+
 LEAST_RANGE = 0.2
 """Score above its baseline that counts as a whole expression, at least: a baseline of 0.9 leaves too little."""
 LEAST_CAUTION = 1e-6
@@ -74,8 +76,8 @@ def subtract_bias(
     if observation.rays is None or not config.memory:
         return observation
     rays = observation.rays.copy()
-    z = T_camera_face.apply(model.landmark_neutral[list(FEATURES)])[:, 2:]
-    rays[list(FEATURES)] -= np.tensordot(_turn(T_camera_face, config), bias.coefficients, axes=1) / z
+    z = T_camera_face.apply(model.landmark_neutral[IDS])[:, 2:]
+    rays[IDS] -= np.tensordot(_turn(T_camera_face, config), bias.coefficients, axes=1) / z
     return observation.moved(rays)
 
 
@@ -88,10 +90,10 @@ def learn_bias(
     config: BiasConfig,
 ) -> Bias:
     """Compare the features as seen (`raw`) with the tracked face, the offset common to all left out."""
-    if raw.rays is None or not config.memory or not np.isfinite(raw.rays[list(FEATURES)]).all(1).any():
+    if raw.rays is None or not config.memory or not np.isfinite(raw.rays[IDS]).all(1).any():
         return bias
     points = T_camera_face.apply(model.features(vertices))
-    offsets = raw.rays[list(FEATURES)] * points[:, 2:] - points[:, :2]
+    offsets = raw.rays[IDS] * points[:, 2:] - points[:, :2]
     known = np.isfinite(offsets).all(1)
     offsets -= np.median(offsets[known], axis=0)
     turn = _turn(T_camera_face, config)

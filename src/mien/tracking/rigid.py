@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float, Float32, Int
 
 from .._kernels import icp, track
-from ..transforms import Transform, rotation_from_vector, vector_from_rotation
+from ..transforms import Transform, vector_from_rotation
 from .preprocess_frame import FrameObservation
 
 LEVER = 100.0
@@ -131,8 +131,7 @@ def damp_pose(
     """
     squared = float(((now.apply(points) - before.apply(points)) ** 2).sum(1).mean())
     part = squared / (squared + size**2) if squared else 1.0
-    turn = vector_from_rotation(now.rotation @ before.rotation.T) * part
-    rotation = rotation_from_vector(turn) @ before.rotation
+    turn = vector_from_rotation(now.rotation @ before.rotation.T)
     here = before.apply(centre[None])[0]
     there = now.apply(centre[None])[0]
-    return Transform(rotation, here + part * (there - here) - rotation @ centre)
+    return moved(before, part * np.concatenate([turn, there - here]), here)

@@ -154,21 +154,33 @@ class Learning:
 
 @timed("incremental PCA")
 def learn_correctives(context: TrackerContext, sample, v4, state: TrackState) -> Learning:
-    """Sec. 5: what lies outside the anchor space is learnt from, if it is far enough and not too far."""
+    """Sec. 5: what lies outside the anchor space is learnt from, if it is far enough and not too far.
+
+    A sample enters in one frame and changes the correctives in the next: neighbours show nearly the same, and no frame
+    has to do both.
+    """
     model, config, correctives = context.model, context.config, state.correctives
-    outside = outside_of(context.anchors, v4 - model.neutral)
-    beyond = outside if correctives is None else outside_of(correctives, outside)
-    learnt = False
-    if config.correctives and sample is not None and config.near < rms(model, sample) < config.far:
-        learnt = state.learner.add((sample * np.sqrt(model.share)[:, None]).ravel())
+    to_anchors, to_adaptive = distances(model, v4 - model.neutral, context.anchors, correctives)
+    pending = state.learner.pending
+    learnt = state.learner.update()
+    if config.correctives and not pending and sample is not None and config.near < rms(model, sample) < config.far:
+        state.learner.enter((sample * np.sqrt(model.share)[:, None]).ravel())
     if learnt:
         correctives = weighted_subspace(model, state.learner.basis.T)
-    return Learning(rms(model, outside), rms(model, beyond), learnt, correctives)
+    return Learning(to_anchors, to_adaptive, learnt, correctives)
 
 
-def outside_of(space: Subspace, displacement: Float32[np.ndarray, "f 3"]) -> Float32[np.ndarray, "f 3"]:
-    """What the space cannot say, mm."""
-    return displacement - space.project(displacement)
+def distances(
+    model: TrackingModel, displacement: Float32[np.ndarray, "f 3"], anchors: Subspace, correctives: Subspace | None
+) -> tuple[float, float]:
+    """How far a displacement lies from the anchors' space and from the adaptive one, mm, root mean square.
+
+    By Pythagoras: correctives are learnt from what lies outside the anchors' space, so they are at right angles to it.
+    """
+    whole = rms(model, displacement) ** 2
+    outside = whole - float((anchors.coefficients(displacement) ** 2).sum())
+    beyond = outside if correctives is None else outside - float((correctives.coefficients(displacement) ** 2).sum())
+    return max(outside, 0.0) ** 0.5, max(beyond, 0.0) ** 0.5
 
 
 def rms(model: TrackingModel, displacement: Float32[np.ndarray, "f 3"]) -> float:

@@ -35,8 +35,9 @@ class TrackConfig:
     fit: BlendshapeFitConfig = field(default_factory=BlendshapeFitConfig)
     kalman: KalmanConfig = field(default_factory=KalmanConfig)
     deformation: DeformConfig = field(default_factory=DeformConfig)
-    pca: IncrementalPcaConfig = field(default_factory=lambda: IncrementalPcaConfig(warm_up=30))
-    """The paper waits for a full buffer of 200 samples before the first update; 30 learn sooner."""
+    pca: IncrementalPcaConfig = field(default_factory=lambda: IncrementalPcaConfig(warm_up=15))
+    """The paper waits for a full buffer of 200 samples before the first update; 15 learn sooner. Every other frame is a
+    sample."""
     landmark_bias: BiasConfig = field(default_factory=BiasConfig)
     smooth: bool = True
     """The Kalman filter on the coefficients."""
