@@ -26,7 +26,7 @@ class PhotometricConfig:
     """Weight of a squared difference of contrast, beside squared millimetres of depth; 0 = none."""
     scale: float = 0.1
     """Differences of contrast much above this lose weight: what has come out from behind a lip was not there before."""
-    smooth: tuple[int, ...] = (2, 1, 1)
+    smooth: tuple[int, ...] = (2, 1)
     """Half widths of the window that the picture is smoothed by, pixels, one a round of the fit: coarse to fine."""
     around: int = 9
     """Half width of the window whose mean contrast is taken by, pixels."""
