@@ -178,7 +178,7 @@ class Subspace:
     """U' D: coefficients are `duals @ displacement`."""
 
     def coefficients(self, displacement: Float32[np.ndarray, "f 3"]) -> Float[np.ndarray, " a"]:
-        """M' (v - b0); the shapes being orthonormal, their squares add up to the mean square of the projection, mm^2."""
+        """M' (v - b0); the shapes being orthonormal, their squares add up to the projection's mean square, mm^2."""
         return mix.products(self.duals, displacement.ravel())
 
     def project(self, displacement: Float32[np.ndarray, "f 3"]) -> Float32[np.ndarray, "f 3"]:

@@ -170,5 +170,5 @@ def _solve(A: np.ndarray, b: np.ndarray, x: np.ndarray, pose: bool) -> tuple[np.
 
 
 def first_frame_fit(config: BlendshapeFitConfig) -> BlendshapeFitConfig:
-    """The same fit without memory of the last frame, and farther to go: for the first one and after the head was lost."""
+    """The same fit without memory of the last frame, and farther to go: for the first and after a loss."""
     return replace(config, temporal_weight=0.0, rounds=config.rounds + 1)
