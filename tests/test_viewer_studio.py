@@ -119,7 +119,7 @@ def test_a_slider_moves_its_shape(page):
 def saved(page, perf, count):
     """The layer on disk once it holds `count` corrections."""
     page.wait_for_function("studio.edits.told.startsWith('saved')")
-    page.evaluate("studio.edits.queue")
+    page.evaluate("studio.edits.saver.queue")
     edits = edits_from(read_layer(edits_beside(perf)), perf)
     assert len(edits) == count
     return edits
@@ -138,9 +138,9 @@ def test_corrections_are_kept_and_mean_the_same_to_the_library(page, perf, perfo
         page.evaluate(f"studio.clock.seek({frame})")
         found = page.evaluate("[Array.from(studio.current.weights), studio.current.face.mesh.matrix.elements]")
         np.testing.assert_allclose(found[0], expected.weights[frame], atol=1e-5)
-    page.evaluate("studio.edits.undo()")
+    page.evaluate("studio.edits.history.undo()")
     saved(page, perf, 2)
-    page.evaluate("studio.edits.redo()")
+    page.evaluate("studio.edits.history.redo()")
     saved(page, perf, 3)
 
 
@@ -196,7 +196,7 @@ def test_two_points_are_picked_on_two_scans(chromium, tmp_path):
     for side in (0.25, 0.75):
         page.mouse.click(box["x"] + side * box["width"], box["y"] + 0.5 * box["height"])
     page.wait_for_function("document.body.innerText.includes('points 1')")
-    page.evaluate("studio.correspond.queue")
+    page.evaluate("studio.correspond.saver.queue")
     pair = read_constraints(tmp_path / "constraints.json")[0]
     assert pair.scans == ("calm.ply", "smile.ply")
     one, two = pair.points[:, 0]

@@ -4,8 +4,8 @@ import { button, heading, make, row, toggle } from "./dom.js";
 export class CorrectPanel {
   constructor(place, studio) {
     this.studio = studio;
-    this.undo = button("undo", () => studio.edits.undo(), { id: "undo", title: "ctrl+Z" });
-    this.redo = button("redo", () => studio.edits.redo(), { id: "redo", title: "ctrl+shift+Z" });
+    this.undo = button("undo", () => studio.edits.history.undo(), { id: "undo", title: "ctrl+Z" });
+    this.redo = button("redo", () => studio.edits.history.redo(), { id: "redo", title: "ctrl+shift+Z" });
     this.remove = button("remove keys here", () => this.removeKeys());
     this.mark = button("mark as bad", () => { const [from, to] = this.range; studio.edits.mark(from, to); }, { id: "mark", disabled: true, title: "drag over the curves with shift held" });
     this.clear = button("not bad", () => studio.edits.unmark(studio.clock.time));
@@ -13,7 +13,6 @@ export class CorrectPanel {
     this.keying = toggle("sliders set keys", () => {}, true);
     studio.selected = (range) => { this.range = range; this.mark.disabled = false; this.show(); };
     studio.moved = () => { if (this.keying.getAttribute("aria-pressed") === "true") this.setKeys(); };
-    addEventListener("keydown", (event) => { if ((event.ctrlKey || event.metaKey) && event.key.toLowerCase() === "z") { event.preventDefault(); if (event.shiftKey) studio.edits.redo(); else studio.edits.undo(); } });
     place.append(heading("Correct"), row(this.undo, this.redo, this.keying), row(this.remove, this.mark, this.clear), this.told);
   }
 
@@ -33,7 +32,7 @@ export class CorrectPanel {
   show() {
     const { edits } = this.studio;
     if (!edits) return;
-    this.undo.disabled = !edits.past.length; this.redo.disabled = !edits.future.length;
+    edits.history.press(this.undo, this.redo);
     const range = this.range ? `${this.range[0].toFixed(2)} to ${this.range[1].toFixed(2)} s chosen. ` : "";
     this.told.textContent = `${range}${edits.count} corrections${edits.told ? `, ${edits.told}` : ""}`;
   }

@@ -1,23 +1,24 @@
 // Points and lines that are the same on two scans: clicked on one, then on the other; saved at once.
 import * as THREE from "three";
 import { button, choice, heading, make, row } from "./dom.js";
-import { address, served } from "./remote.js";
+import { History } from "./history.js";
+import { address, Saver, served } from "./remote.js";
 
 const COLOURS = [0xffb35c, 0x7fb4ff, 0x8fd694, 0xe58fb1, 0xc9a6ff, 0x6fd3d3];
 
 export class Correspond {
   constructor(place, studio) {
-    Object.assign(this, { studio, past: [], future: [], done: "" });
+    Object.assign(this, { studio, done: "", saver: new Saver("constraints") });
     this.scans = studio.shown.slice(0, 2);
     this.pair = { points: [[], []], curves: [] }; // as clicked: on the first scan, on the second
+    this.history = new History(() => this.pair, (pair) => { this.pair = pair; this.save(); });
     this.kind = choice("what a click makes", [["points", "points"], ["curves", "a line"]], "points", () => this.show());
-    this.undo = button("undo", () => this.step(this.past, this.future), { id: "undo-pair" });
-    this.redo = button("redo", () => this.step(this.future, this.past), { id: "redo-pair" });
+    this.undo = button("undo", () => this.history.undo(), { id: "undo-pair" });
+    this.redo = button("redo", () => this.history.redo(), { id: "redo-pair" });
     this.next = button("next line", () => this.change(() => this.pair.curves.push([[], []])));
     this.told = make("p", { id: "pairs", className: "quiet" });
     place.append(heading("Correspond"), row(this.kind, this.next, this.undo, this.redo), this.told);
     this.dots = this.scans.map(({ view }) => { const group = new THREE.Group(); view.scene.add(group); return group; });
-    this.queue = Promise.resolve();
     this.listen(studio.stage.renderer.domElement);
     this.load();
   }
@@ -46,16 +47,8 @@ export class Correspond {
   }
 
   change(change) {
-    this.past.push(JSON.stringify(this.pair));
-    this.future = [];
+    this.history.keep();
     change();
-    this.save();
-  }
-
-  step(from, into) {
-    if (!from.length) return;
-    into.push(JSON.stringify(this.pair));
-    this.pair = JSON.parse(from.pop());
     this.save();
   }
 
@@ -83,7 +76,7 @@ export class Correspond {
     this.show();
     if (!served) return;
     const body = JSON.stringify(this.complete);
-    this.queue = this.queue.then(() => fetch(address("constraints"), { method: "POST", body, keepalive: true })).then(async (answer) => { this.done = await answer.text(); this.show(); }).catch(() => { this.done = "not saved: the server has ended"; this.show(); });
+    this.saver.save(() => body, (text) => { this.done = text; this.show(); });
   }
 
   show() {
@@ -102,7 +95,7 @@ export class Correspond {
       });
     });
     this.next.hidden = this.kind.value === "points";
-    this.undo.disabled = !this.past.length; this.redo.disabled = !this.future.length;
+    this.history.press(this.undo, this.redo);
     const { complete } = this, open = points[0].length !== points[1].length ? " Now the same place on the other scan." : "";
     this.told.textContent = `on both: points ${complete.points.length}, lines ${complete.curves.length}.${open} ${this.done}`;
     this.studio.stage.touch();

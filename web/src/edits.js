@@ -1,5 +1,6 @@
 // Corrections over a take: keys on curves and ranges that are bad. The twin of mien.rig.edits; saved at once.
-import { address, post, served } from "./remote.js";
+import { History } from "./history.js";
+import { address, Saver, served } from "./remote.js";
 
 const FADE_S = 0.2, SAME_S = 1e-4; // keys nearer than this are one
 
@@ -16,9 +17,9 @@ export function correction(keys, time, fade) {
 
 export class Edits {
   constructor(face, name, changed) {
-    Object.assign(this, { face, changed, place: `mien.edits.${name}`, past: [], future: [], told: "" });
+    Object.assign(this, { face, changed, place: `mien.edits.${name}`, told: "", saver: new Saver("edits", { face }) });
     this.layer = { keys: {}, bad: [], fade_s: FADE_S };
-    this.queue = Promise.resolve();
+    this.history = new History(() => [this.layer.keys, this.layer.bad], ([keys, bad]) => { Object.assign(this.layer, { keys, bad }); this.save(); });
   }
 
   async load() {
@@ -44,8 +45,7 @@ export class Edits {
   }
 
   change(change) {
-    this.past.push(JSON.stringify([this.layer.keys, this.layer.bad]));
-    this.future = [];
+    this.history.keep();
     change(this.layer);
     this.save();
   }
@@ -67,25 +67,13 @@ export class Edits {
   mark(from, to) { this.change((layer) => { layer.bad = [...layer.bad, { from, to }]; }); }
   unmark(time) { this.change((layer) => { layer.bad = layer.bad.filter(({ from, to }) => time < from || time > to); }); }
 
-  step(from, into) {
-    if (!from.length) return;
-    into.push(JSON.stringify([this.layer.keys, this.layer.bad]));
-    [this.layer.keys, this.layer.bad] = JSON.parse(from.pop());
-    this.save();
-  }
-
-  undo() { this.step(this.past, this.future); }
-  redo() { this.step(this.future, this.past); }
-
-  // One after another, so that revisions agree; the browser finishes what is under way when the tab closes.
   save() {
     this.changed();
     if (!served) { try { localStorage.setItem(this.place, JSON.stringify(this.layer)); } catch { /* as above */ } return; }
-    this.queue = this.queue.then(async () => {
-      const answer = await fetch(address("edits", { face: this.face }), { method: "POST", body: JSON.stringify(this.layer), keepalive: true });
-      const text = await answer.text();
-      if (answer.ok) { const { revision, file } = JSON.parse(text); this.layer.revision = revision; this.told = `saved in ${file}`; } else { this.told = text; if (answer.status === 409) await this.load(); }
+    this.saver.save(() => JSON.stringify(this.layer), async (text, status) => {
+      if (status === 200) { const { revision, file } = JSON.parse(text); this.layer.revision = revision; this.told = `saved in ${file}`; } else this.told = text;
+      if (status === 409) await this.load();
       this.changed();
-    }).catch(() => { this.told = "not saved: the server has ended"; this.changed(); });
+    });
   }
 }

@@ -40,7 +40,9 @@ export class GpuFace {
     const neutral = floats(file.array(told.neutral), 4);
     this.neutral = neutral;
     const layers = Math.max(told.names.length, 1), rows = neutral.image.height;
-    const deltas = new THREE.DataArrayTexture(told.names.length ? file.array(told.deltas) : new Int16Array(3 * WIDTH * rows), WIDTH, rows, layers);
+    this.deltas = told.names.length ? file.array(told.deltas) : new Int16Array(3 * WIDTH * rows);
+    this.deltaTexels = WIDTH * rows;
+    const deltas = new THREE.DataArrayTexture(this.deltas, WIDTH, rows, layers);
     Object.assign(deltas, { format: "RGB_INTEGER", type: THREE.ShortType, internalFormat: "RGB16I", needsUpdate: true });
     this.morph = { material: raw(COVER, MORPH, { neutral: { value: neutral }, used: { value: this.used }, deltas: { value: deltas }, count: { value: 0 } }), target: target(told.vertices) };
     const lists = (name, shader, from, count) => ({

@@ -9,6 +9,7 @@ import { Edits } from "./edits.js";
 import { film } from "./film.js";
 import { Live } from "./live.js";
 import { GpuFace } from "./gpu_face.js";
+import { MarkersPanel } from "./markers.js";
 import { Motion } from "./motion.js";
 import { filmOf, MarkerCloud } from "./overlays.js";
 import { address, served } from "./remote.js";
@@ -99,6 +100,7 @@ class Studio {
     if (this.shown.length > 1 && this.shown.slice(0, 2).every(({ kind }) => kind === "scan")) this.correspond = new Correspond(panel, this);
     if (header.live) this.live = new Live(panel, this);
     if (this.current.motion) this.correct = new CorrectPanel(panel, this);
+    if (served && this.clouds.length && this.current.motion) this.markers = new MarkersPanel(panel, this, this.clouds[0]);
     if (this.current.face.names.length) this.sliders = new Sliders(panel, this);
     document.getElementById("film").append(...header.films.map((film) => filmOf({ ...film, address: address(film.address) }, this.clock)));
     if (this.clock.duration) this.timeline = new Timeline(document.getElementById("timeline"), this);
@@ -149,10 +151,17 @@ class Studio {
       if (this.now && !this.stillHead) face.setPose(this.now.pose);
       else if (motion && !this.stillHead) face.setPose(motion.poseAt(time, this.pose)); else face.setPose(this.resting(one));
     }
-    for (const cloud of this.clouds) cloud.show(time);
+    for (const cloud of this.clouds) cloud.show(time, this.headBack(time));
+    this.markers?.show();
     this.sliders?.show(this.current.weights);
     this.timeline?.draw();
     this.stage.touch();
+  }
+
+  // What takes the world to where a head that is held still is.
+  headBack(time) {
+    const { motion } = this.shown.find((one) => one.motion) ?? {};
+    return this.stillHead && motion ? motion.poseAt(time, new THREE.Matrix4()).invert() : new THREE.Matrix4();
   }
 
   // Scans stand in frames of their own: each is shown with its middle where the first one's is.

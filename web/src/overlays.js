@@ -12,16 +12,19 @@ export class MarkerCloud {
     geometry.setAttribute("position", this.at).setAttribute("color", this.tint);
     this.points = new THREE.Points(geometry, new THREE.PointsMaterial({ size: 3.4, vertexColors: true, map: disc(), alphaTest: 0.4, transparent: true }));
     this.points.frustumCulled = false;
+    this.points.matrixAutoUpdate = false;
   }
 
-  show(time) {
+  // `back` takes them to a head that is held still.
+  show(time, back) {
+    this.points.matrix.copy(back);
     const frame = Math.min(Math.max(Math.round(time * this.rate), 0), this.frames - 1), n = 3 * this.labels.length;
     this.at.array.set(this.places.subarray(frame * n, (frame + 1) * n));
     this.at.needsUpdate = true;
   }
 }
 
-function disc() {
+export function disc() {
   const canvas = Object.assign(document.createElement("canvas"), { width: 64, height: 64 }), pen = canvas.getContext("2d");
   pen.beginPath(); pen.arc(32, 32, 26, 0, 7); pen.fillStyle = "#fff"; pen.fill();
   pen.lineWidth = 7; pen.strokeStyle = "#285a96"; pen.stroke();

@@ -104,6 +104,12 @@ export class Stage {
     face.mesh.material = face.material; overlay.visible = true;
   }
 
+  // Where a point of the world is in the window, in one of the views.
+  onScreen(place, index) {
+    const box = this.renderer.domElement.getBoundingClientRect(), wide = box.width / this.views.length, at = place.clone().project(this.camera);
+    return [box.left + wide * (index + (at.x + 1) / 2), box.top + (box.height * (1 - at.y)) / 2];
+  }
+
   // The face under a point of the window, and where on it; null where there is none.
   pick(x, y) {
     const { renderer, camera } = this, box = renderer.domElement.getBoundingClientRect(), wide = box.width / this.views.length;

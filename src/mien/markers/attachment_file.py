@@ -1,7 +1,9 @@
 """Attachments by hand: a JSON file says where on the rig's neutral face each marker sits."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +21,7 @@ def read_attachment(path: str | Path, labels: tuple[str, ...], faces: int) -> At
     Raises:
         BadInput: no such file, not JSON, a marker without an entry, a triangle or weights that cannot be.
     """
-    entries = _entries(path)
+    entries = read_entries(path)
     missing = [label for label in labels if label not in entries]
     if missing:
         raise BadInput(f"{path}: no place given for {', '.join(missing[:5])}; every marker of the take needs one")
@@ -41,12 +43,12 @@ def read_attachment(path: str | Path, labels: tuple[str, ...], faces: int) -> At
 
 def labels_off_face(path: str | Path) -> tuple[str, ...]:
     """Markers that the file says are worn off the face: their entry is `null`."""
-    return tuple(label for label, entry in _entries(path).items() if entry is None)
+    return tuple(label for label, entry in read_entries(path).items() if entry is None)
 
 
 def labels_on_face(path: str | Path) -> tuple[str, ...]:
     """Markers that the file places on the face."""
-    return tuple(label for label, entry in _entries(path).items() if entry is not None)
+    return tuple(label for label, entry in read_entries(path).items() if entry is not None)
 
 
 def write_attachment(
@@ -61,8 +63,18 @@ def write_attachment(
         temporary.write_text(json.dumps(entries, indent=1) + "\n")
 
 
-def _entries(path: str | Path) -> dict:
-    """The file as it stands: an entry a label."""
+def entries_of(places: Mapping[str, Mapping[str, Any] | None]) -> dict[str, dict[str, Any] | None]:
+    """What the file holds of each marker: its triangle and weights, or None off the face; anything else is left out."""
+    kept = ("face", "barycentric")
+    return {label: place and {key: place[key] for key in kept} for label, place in places.items()}
+
+
+def read_entries(path: str | Path) -> dict:
+    """The file as it stands: an entry a label.
+
+    Raises:
+        BadInput: no such file, or not JSON.
+    """
     try:
         entries = json.loads(existing(path).read_text())
     except (json.JSONDecodeError, UnicodeDecodeError) as error:

@@ -11,7 +11,7 @@ from ..clip import Markers
 from ..errors import BadInput
 from ..files import existing
 from ..io.edits_file import read_captured
-from ..io.markers import READERS, read_markers
+from ..io.markers import READERS, read_marker_file
 from ..io.meshes import read_scan
 from ..io.performances import READ, face_kind
 from ..io.rigs import GLTF, read_any_rig
@@ -39,7 +39,7 @@ def gather(
         if suffix in FILMS:
             films.append(Film(file.name, file))
         elif suffix in READERS:
-            shown.append(Shown(file.name, read_markers(file, units), file))
+            shown.append(Shown(file.name, read_marker_file(file, units, as_filed=True).markers, file))
         else:
             unit_mm = 1.0 if units is None or suffix in GLTF else parse_unit(units)
             face = open_face(file, units)

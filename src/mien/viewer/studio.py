@@ -9,9 +9,10 @@ from ..clip import Markers
 from ..errors import BadInput
 from ..mesh import Scan
 from ..rig import Performance
-from .clicked_pairs import ClickedPairs, ViewedScan
-from .corrections import Corrections
-from .film_out import FilmOut
+from .kept.clicked_pairs import ClickedPairs, ViewedScan
+from .kept.corrections import Corrections
+from .kept.film_out import FilmOut
+from .kept.marker_places import MarkerPlaces, SolvedTake
 from .live_feed import LiveFeed
 from .open_files import reopened
 from .server import MIMES, Answer, PageServer, Routes, open_server
@@ -59,6 +60,11 @@ class Studio:
         if beside is not None:
             film = FilmOut(beside)
             routes.post |= {"/film": film.add, "/film-done": film.finish}
+        solved = self._solved()
+        if solved is not None:
+            markers = MarkerPlaces(solved)
+            routes.get["/markers"] = markers.read
+            routes.post |= {"/markers": markers.save, "/marker-place": markers.place}
         scans = self._scans()
         if len(scans) > 1:
             pairs = ClickedPairs(scans)
@@ -70,6 +76,16 @@ class Studio:
                 film.path.read_bytes(), MIMES.get(film.path.suffix.lower(), "video/mp4")
             )
         return routes
+
+    def _solved(self) -> SolvedTake | None:
+        """The first take and the first performance, where both came from files."""
+        take = next((one for one in self.shown if isinstance(one.thing, Markers)), None)
+        face = next((one for one in self.shown if isinstance(one.thing, Performance)), None)
+        if take is None or face is None or take.path is None or face.path is None:
+            return None
+        assert isinstance(take.thing, Markers)
+        assert isinstance(face.thing, Performance)
+        return SolvedTake(take.thing, take.path, face.thing, face.path)
 
     def _scans(self) -> list[ViewedScan]:
         """Scans that came from files."""

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..errors import BadInput
-from ..files import whole
-from ..image_space.constraints import read_constraints
-from .server import Answer
+from ...errors import BadInput
+from ...files import whole
+from ...image_space.constraints import read_constraints
+from ..server import Answer
 
 FILE = "constraints.json"
 """What `mien register --constraints` reads (`image_space.constraints`)."""

@@ -5,7 +5,7 @@ import pytest
 
 from mien.errors import BadInput
 from mien.image_space.constraints import read_constraints
-from mien.viewer.clicked_pairs import FILE, ClickedPairs, ViewedScan
+from mien.viewer.kept.clicked_pairs import FILE, ClickedPairs, ViewedScan
 
 PAIR = {"scans": ["a.ply", "b.ply"], "points": [[[10.0, 0, 0], [20.0, 0, 0]]], "curves": []}
 

@@ -7,9 +7,9 @@ from http import HTTPStatus
 from pathlib import Path
 from typing import Any
 
-from ..errors import BadInput
-from ..io.edits_file import edits_beside, edits_from, read_layer, write_layer
-from .server import Answer
+from ...errors import BadInput
+from ...io.edits_file import edits_beside, edits_from, read_layer, write_layer
+from ..server import Answer
 
 STALE = "corrections were changed elsewhere since; they are loaded anew"
 """What the second of two pages is told."""

@@ -6,7 +6,7 @@ import pytest
 from PIL import Image
 
 from mien.errors import BadInput
-from mien.viewer.film_out import FilmOut, free_name
+from mien.viewer.kept.film_out import FilmOut, free_name
 
 
 def jpeg(level):

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from ..errors import BadInput
-from ..pictures import write_mp4
-from .server import Answer
+from ...errors import BadInput
+from ...pictures import write_mp4
+from ..server import Answer
 
 MOST_FRAMES = 20_000
 """Of one film: eleven minutes at 30 a second."""

@@ -4,7 +4,7 @@ import pytest
 
 from mien.errors import BadInput
 from mien.io.edits_file import edits_beside, read_layer
-from mien.viewer.corrections import STALE, Corrections
+from mien.viewer.kept.corrections import STALE, Corrections
 
 LAYER = {"keys": {"jawOpen": [{"time": 0.5, "add": 0.2}]}, "bad": []}
 

@@ -1,0 +1,1 @@
+"""What the page saves: corrections, pairs of places, where markers sit, marks on maps, films."""
