@@ -66,7 +66,7 @@ def write_attachment(
 def entries_of(places: Mapping[str, Mapping[str, Any] | None]) -> dict[str, dict[str, Any] | None]:
     """What the file holds of each marker: its triangle and weights, or None off the face; anything else is left out."""
     kept = ("face", "barycentric")
-    return {label: place and {key: place[key] for key in kept} for label, place in places.items()}
+    return {label: {key: place[key] for key in kept} if place else None for label, place in places.items()}
 
 
 def read_entries(path: str | Path) -> dict:
