@@ -8,9 +8,9 @@ from dataclasses import fields, is_dataclass, replace
 from functools import cache
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any, get_type_hints
+from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
-from cyclopts import Parameter
+from cyclopts import Parameter, Token, convert
 from cyclopts.utils import default_name_transform
 
 from ..errors import BadInput
@@ -64,10 +64,27 @@ def overlaid(configs: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, 
     for name, value in given.items():
         first, *_ = name.split(JOIN)
         if first not in configs:
+            _refuse_nan(name, value)
             arguments[name] = _opened(value)
     for name, config in configs.items():
         arguments[name] = _overlay(config, name, given)
     return arguments
+
+
+def _refuse_nan(name: str, value: Any) -> None:
+    if any(number != number for number in _numbers(value)):
+        raise BadInput(f"{flag_name(name)}: nan is no number that it can take")
+
+
+def _refuse_negative(name: str, value: Any, default: Any) -> None:
+    """Fields of configs are lengths, shares, weights and counts; those that may be below 0 are so by default."""
+    if min(_numbers(default), default=0) >= 0 > min(_numbers(value), default=0):
+        raise BadInput(f"{flag_name(name)}: {min(_numbers(value)):g} is below 0; give 0 or more")
+
+
+def _numbers(value: Any) -> list[float]:
+    values = value if isinstance(value, list | tuple) else [value]
+    return [each for each in values if isinstance(each, int | float)]
 
 
 def refuse_unused(mode: str, *names: str) -> None:
@@ -130,7 +147,9 @@ def show_internals(called: Callable[..., None]) -> None:
 def _flags(name: str, parameter: inspect.Parameter, hint: Any) -> Iterator[inspect.Parameter]:
     """The parameter itself, or one for every field of the config that is its default."""
     if not is_dataclass(parameter.default):
-        yield parameter.replace(annotation=hint)
+        whole = is_whole(get_args(hint)[0] if get_origin(hint) is Annotated else hint)
+        annotation = Annotated[hint, Parameter(converter=_whole_numbers)] if whole else hint
+        yield parameter.replace(annotation=annotation)
         return
     for path, kind, value, told in leaves(parameter.default, name):
         shown = Parameter(
@@ -140,6 +159,7 @@ def _flags(name: str, parameter: inspect.Parameter, hint: Any) -> Iterator[inspe
             consume_multiple=True,
             negative_iterable=(),
             negative_none=(),
+            converter=_whole_numbers if is_whole(kind) else None,
         )
         yield inspect.Parameter(
             path,
@@ -147,6 +167,23 @@ def _flags(name: str, parameter: inspect.Parameter, hint: Any) -> Iterator[inspe
             default=value,
             annotation=Annotated[kind, shown],
         )
+
+
+def is_whole(kind: Any) -> bool:
+    """Whether a type asks for whole numbers."""
+    return kind is int or any(is_whole(part) for part in get_args(kind) if get_origin(kind) is not Literal)
+
+
+def _whole_numbers(kind: Any, tokens: Sequence[Token]) -> Any:
+    """As without a converter, but numbers that are not whole are refused: cyclopts rounds them."""
+    for token in tokens:
+        try:
+            broken = float(token.value) % 1 != 0
+        except ValueError:
+            continue
+        if broken:
+            raise ValueError(f'"{token.value}" is no whole number')
+    return convert(kind, tokens)
 
 
 def leaves(config: Any, name: str) -> Iterator[tuple[str, Any, Any, str]]:
@@ -171,6 +208,8 @@ def _overlay(config: Any, name: str, given: Mapping[str, Any]) -> Any:
         if is_dataclass(value):
             changed[field.name] = _overlay(value, path, given)
         elif path in given:
+            _refuse_nan(path, given[path])
+            _refuse_negative(path, given[path], value)
             changed[field.name] = _opened(given[path])
     return replace(config, **changed)
 
