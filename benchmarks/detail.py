@@ -8,8 +8,15 @@ import numpy as np
 
 from mien.detail.fit import DetailConfig, DetailModel, fit_detail
 from mien.detail.synthesize import SynthesisConfig, Synthesizer
+from mien.detail.transfer.wrinkle_shapes import wrinkle_shapes
 from mien.experiments.detail_stage import DetailStage, DetailStageConfig, detail_errors, detail_stage, kept_in_memory
-from mien.experiments.detail_study import placement_errors, reflectance_errors, storage_bytes
+from mien.experiments.detail_study import (
+    placement_errors,
+    reflectance_errors,
+    staged_performance,
+    storage_bytes,
+    transfer_errors,
+)
 from mien.stage.seeds import REPORTING_SEEDS
 
 PAPER = {"medium": (0.397, 0.303, 0.296), "fine": (0.00554, 0.00396, 0.00370)}
@@ -82,6 +89,27 @@ def placement(stage: DetailStage, config: DetailConfig) -> None:
     print("placement: mean error of the held-out clips, mm (shell alone, with maps)")
     for name, shell, full in placement_errors(stage, config):
         print(f"  {name:24} {shell:8.4f} {full:8.4f}", flush=True)
+
+
+def transfer(stage: DetailStage, config: DetailConfig) -> None:
+    """Wrinkles of one subject on another, of whom one neutral scan is known."""
+    seed = next(seed for seed in REPORTING_SEEDS if seed != stage.seed)
+    other = detail_stage(seed, stage.config, like=stage)
+    model = fit_detail(stage.training, config)
+    print(f"wrinkles of {stage.seed} on {seed}")
+    print(f"  {'clip':12} {'static':>8} {'shell':>8} {'medium':>8} {'+ fine':>8} {'of shell':>8}")
+    for name, errors in transfer_errors(model, other, config):
+        print(f"  {name:12} {errors.line()} {errors.full / errors.shell:8.0%}", flush=True)
+
+
+def export(stage: DetailStage, config: DetailConfig) -> None:
+    """Share of the detail's energy that at most eight shapes keep, played by the subject's own rig."""
+    model = fit_detail(stage.training, config)
+    played = staged_performance(stage)
+    for most in (4, 8):
+        _, wrinkles = wrinkle_shapes(model, played, SynthesisConfig(levels=1), most)
+        print(f"exported wrinkles: {most} shapes keep {wrinkles.kept:.1%} of the detail's energy over "
+              f"{len(played)} frames", flush=True)  # fmt: skip
 
 
 def speed(stage: DetailStage, config: DetailConfig) -> None:
@@ -159,6 +187,7 @@ def main() -> None:
     config = DetailConfig(medium_size=given.size, fine_size=2 * given.size)
     parts = {"accuracy": lambda: accuracy(stage, config, given.orders), "placement": lambda: placement(stage, config),
              "reflectance": lambda: reflectance(stage, staged, config),
+             "transfer": lambda: transfer(stage, config), "export": lambda: export(stage, config),
              "speed": lambda: speed(stage, config), "growth": lambda: growth(stage, config)}  # fmt: skip
     for name in given.only:
         parts[name]()

@@ -6,7 +6,6 @@ from mien.detail.base_mesh import BaseConfig
 from mien.detail.fit import DetailConfig, fit_detail
 from mien.detail.synthesize import SynthesisConfig, Synthesizer
 from mien.mesh import closest_point
-from mien.register import procrustes
 
 
 @pytest.fixture(scope="module")
@@ -19,7 +18,7 @@ def synthesized(model, squeeze, config):
     mesh = patch()
     at = marker_places(mesh)
     markers = at.points(mesh.with_vertices(bent(mesh.vertices, squeeze, 0.0)))[None]
-    T = procrustes(markers[0], model.reference).transform
+    T = model.head.pose(markers).inverse()[0]
     synthesizer = Synthesizer(model, config)
     frame = synthesizer.frame(model.head.aligned(markers)[0])
     return synthesizer, frame, mesh.with_vertices(T.apply(wrinkled(mesh, squeeze, 0.0, 0.4)))

@@ -54,3 +54,25 @@ def test_a_jaw_that_opens_does_not_move_the_forehead():
     head = head_markers(reference, T.apply(still))
     assert head.steadiness[reference[:, 1] < -20].max() < 0.01
     np.testing.assert_allclose(head.aligned(T.apply(still)), still, atol=0.05)
+
+
+def test_a_frame_in_which_still_markers_move_is_posed_by_the_others():
+    """One brow rises in one frame of many: steadiness hardly knows it, the frame itself tells."""
+    reference = np.random.default_rng(6).normal(0, 40, (40, 3))
+    still = np.repeat(reference[None], 30, axis=0)
+    still[17, reference[:, 1] > 30] += [0, 6.0, 0]
+    head = head_markers(reference, still)
+    np.testing.assert_allclose(head.pose(still[17:18]).translation, 0, atol=0.05)
+    np.testing.assert_allclose(head.aligned(still)[17], still[17], atol=0.1)
+
+
+def test_jaws_that_agree_with_one_another_do_not_take_over():
+    """A jaw of a third of the markers turns in two of six clips, as one body, while all others stir a little."""
+    rng = np.random.default_rng(7)
+    reference = rng.normal(0, 40, (60, 3))
+    jaw = reference[:, 1] < -20
+    still = reference + 0.4 * rng.normal(size=(36, 60, 3))
+    still[24:, jaw] = Transform(rotation_from_vector(np.array([0.25, 0, 0])), np.zeros(3)).apply(reference[jaw])
+    head = head_markers(reference, still)
+    turned = head.pose(still).rotation[:, 2, 1]
+    assert np.abs(turned).max() < 0.01

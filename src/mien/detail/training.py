@@ -13,9 +13,11 @@ from ..register import procrustes_frames
 from ..transforms import Transform
 
 STEADY_MM = 0.3
-"""A marker that moves less than this on the head is as good as still."""
-STEADY_ROUNDS = 30
-"""Of weighing markers by how far they move on the head that the weights say; it stands still after some 15."""
+"""A marker that is off by less than this on the head is as good as still."""
+ROBUST_ROUNDS = 20
+"""Of weighing a frame's markers by how far they are off; poses stand still after some ten."""
+CAUTIOUS, STRICT = 1, 2
+"""Powers of a marker's squared distance by which its say falls. From nothing known, 2 settles on a jaw or a brow."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +84,7 @@ class HeadMarkers:
 
     def pose(self, positions: Float[np.ndarray, "frames k 3"]) -> Transform:
         """T_frame_neutral of every frame; NaN where a marker is missing."""
-        return procrustes_frames(self.reference, positions, self.steadiness).transform
+        return robust_pose(self.reference, positions, self.steadiness, STRICT)
 
     def aligned(self, positions: Float[np.ndarray, "frames k 3"]) -> Float[np.ndarray, "frames k 3"]:
         """R(P): every frame brought onto the neutral's markers (sec. 4.1)."""
@@ -95,13 +97,25 @@ def head_markers(reference: Float[np.ndarray, "k 3"], positions: Float[np.ndarra
     The paper's rigid fit asks all alike; what the mouth does then stands in every offset of the brow, and a brow
     without that mouth looks like nothing that was trained.
     """
-    weights = np.ones(len(reference))
-    for _ in range(STEADY_ROUNDS):
-        moved = HeadMarkers(reference, weights).aligned(positions)
-        square = ((moved - reference) ** 2).sum(axis=2).mean(axis=0)
-        weights = 1 / (square + STEADY_MM**2) ** 2
-        weights /= weights.max()
-    return HeadMarkers(reference, weights)
+    alike = np.ones(len(reference))
+    moved = robust_pose(reference, positions, alike, CAUTIOUS).inverse().apply(positions)
+    square = ((moved - reference) ** 2).sum(axis=2).mean(axis=0)
+    weights = 1 / (square + STEADY_MM**2) ** 2
+    return HeadMarkers(reference, weights / weights.max())
+
+
+def robust_pose(
+    reference: Float[np.ndarray, "k 3"], positions: Float[np.ndarray, "frames k 3"], say: Float[np.ndarray, " k"],
+    power: int,
+) -> Transform:  # fmt: skip
+    """T_frame_reference of every frame: in each a marker's `say` is divided by (off^2 + `STEADY_MM`^2)^power."""
+    weights = np.broadcast_to(say, positions.shape[:2])
+    pose = procrustes_frames(reference, positions, weights).transform
+    for _ in range(ROBUST_ROUNDS):
+        square = ((pose.inverse().apply(positions) - reference) ** 2).sum(axis=2)
+        weights = say * (STEADY_MM**2 / (square + STEADY_MM**2)) ** power
+        pose = procrustes_frames(reference, positions, weights).transform
+    return pose
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from ..detail.fit import DetailModel
 from ..detail.sampling import Sampler, interpolated, sampler
 from ..detail.texture_space import Texels, sample, with_gutter
 from ..detail.training import Aligned, Clip, Frame, TrainingSet, aligned_frames
-from ..mesh import Attachment
+from ..mesh import Attachment, closest_point
 from ..pictures.color import to_linear
 from ..stage import STRANGER, HeadMotion, Skin, SkinConfig, make_performer, make_skin, marker_layout
 from ..stage.script.training_clips import EXPRESSIONS, UNSEEN, expression_clip, unseen_clip
@@ -27,6 +27,8 @@ FARTHEST_MM = 15.0
 """As `DetailConfig.farthest_mm`: displacements beyond it are no skin."""
 
 
+GLUED_MM = 1.0
+"""Rms by which a marker misses the place that it has on another subject."""
 PAINT = 0.02
 """Linear albedo of a dot."""
 SCORED = 40_000
@@ -61,31 +63,50 @@ class DetailStage:
     training: TrainingSet
     unseen: TrainingSet
     skin: Skin
+    attachment: Attachment
+    """Of the markers on the skin."""
     seed: int
+    config: DetailStageConfig
 
 
-def detail_stage(seed: int, config: DetailStageConfig = DetailStageConfig()) -> DetailStage:
-    """A subject whose wrinkles buckle and whose pores stretch, in six expressions and three clips never trained on."""
+def detail_stage(
+    seed: int, config: DetailStageConfig = DetailStageConfig(), like: DetailStage | None = None
+) -> DetailStage:
+    """A subject whose wrinkles buckle and whose pores stretch, in six expressions and three clips never trained on.
+
+    Args:
+        like: another subject, at whose markers' places this one's are glued, by eye.
+    """
     performer = make_performer(seed, STRANGER if config.kind == "muscles" else None)
     skin = make_skin(performer, SkinConfig(levels=config.levels, eyes_and_teeth=False), seed)
     layout = marker_layout(skin, config.markers, seed)
     rng = np.random.default_rng([seed, 8])
+    attachment = layout.attachment if like is None else same_places(like, skin, rng)
     standoff = np.full(config.markers, config.standoff_mm)
 
     def clip(name: str, weights: Float[np.ndarray, "frames 52"]) -> Clip:
         T = head_motion(len(weights), RATE, config.head, rng)
-        still = markers_on_skin(skin, weights, layout.attachment, standoff)
+        still = markers_on_skin(skin, weights, attachment, standoff)
         noise = config.jitter_mm * rng.normal(size=still.shape)
         return Clip(name, T.apply(still) + noise, lambda: _surfaces(skin, weights, T, dots))
 
     dots = None
     if config.dot_radius_mm is not None:
-        dots = under_paint(skin, layout.attachment.points(skin.neutral), config.dot_radius_mm)
-    rest = markers_on_skin(skin, np.zeros((1, 52)), layout.attachment, standoff)[0]
+        dots = under_paint(skin, attachment.points(skin.neutral), config.dot_radius_mm)
+    rest = markers_on_skin(skin, np.zeros((1, 52)), attachment, standoff)[0]
     seen = tuple(clip(name, expression_clip(name, config.frames, seed)) for name in EXPRESSIONS)
     other = tuple(clip(name, unseen_clip(name, config.unseen_frames, seed)) for name in UNSEEN)
     training = TrainingSet(skin.neutral, rest, layout.labels, seen)
-    return DetailStage(training, TrainingSet(skin.neutral, rest, layout.labels, other), skin, seed)
+    unseen = TrainingSet(skin.neutral, rest, layout.labels, other)
+    return DetailStage(training, unseen, skin, attachment, seed, config)
+
+
+def same_places(like: DetailStage, skin: Skin, rng: np.random.Generator) -> Attachment:
+    """Where the markers of one subject sit on another, glued by eye: `GLUED_MM` off the same point of the anatomy."""
+    on_bundled = like.attachment.matrix(like.skin.neutral) @ like.skin.straight
+    places = on_bundled @ skin.performer.neutral.vertices
+    aim = places + GLUED_MM / np.sqrt(3) * rng.normal(size=places.shape)
+    return closest_point(skin.neutral, aim).attachment()
 
 
 def under_paint(skin: Skin, places: Float[np.ndarray, "k 3"], radius_mm: float) -> Bool[np.ndarray, " n"]:

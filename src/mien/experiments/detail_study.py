@@ -9,11 +9,14 @@ from ..detail.fit import DetailConfig, DetailModel, fit_detail
 from ..detail.sampling import interpolated
 from ..detail.training import Clip, TrainingSet, aligned_frames
 from ..detail.transfer.markers_elsewhere import placed_at
+from ..detail.transfer.other_actor import OtherActor, carried_to
 from ..mesh import ClosestPoint
+from ..rig import Performance, Rig
 from ..stage import marker_layout
-from ..stage.script.training_clips import unseen_clip
+from ..stage.script.training_clips import expression_clip, unseen_clip
 from ..stage.sensors.mocap import markers_on_skin
-from .detail_stage import DetailStage, detail_errors
+from ..transforms import Transform
+from .detail_stage import RATE, DetailErrors, DetailStage, detail_errors
 
 SHIFTS_MM = (0.0, 1.0, 2.0, 4.0)
 """By how far markers are glued off their training places."""
@@ -84,6 +87,28 @@ def reflectance_errors(model: DetailModel, clips: TrainingSet, base: BaseConfig)
             rows.append([np.linalg.norm(guess - truth, axis=1).mean() for guess in (rest, made)])
         out[clip.name] = tuple(map(float, np.mean(rows, axis=0)))
     return out
+
+
+def transfer_errors(
+    model: DetailModel, other: DetailStage, config: DetailConfig
+) -> Iterator[tuple[str, DetailErrors]]:
+    """Every clip of another subject under wrinkles carried to it from `model` by its neutral scan alone, mm."""
+    actor = OtherActor(other.training.mesh, other.training.markers)
+    carried = carried_to(model, actor, config)
+    for part in (other.training, other.unseen):
+        yield from detail_errors(carried, part, config.base).items()
+
+
+def staged_performance(stage: DetailStage) -> Performance:
+    """All clips one after another, as a rig of the subject's own 52 shapes plays them."""
+    performer, config = stage.skin.performer, stage.config
+    neutral, count = performer.neutral, len(performer.names)
+    rig = Rig(neutral, performer.vertices(np.eye(count)) - neutral.vertices, performer.names)
+    seen = [expression_clip(clip.name, config.frames, stage.seed) for clip in stage.training.clips]
+    other = [unseen_clip(clip.name, config.unseen_frames, stage.seed) for clip in stage.unseen.clips]
+    weights = np.concatenate([*seen, *other])
+    frames = len(weights)
+    return Performance(rig, weights, Transform.identity(frames), RATE, np.ones(frames, bool))
 
 
 def storage_bytes(training: TrainingSet, model: DetailModel) -> tuple[int, int, int]:
