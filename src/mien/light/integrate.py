@@ -5,13 +5,21 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float
-from scipy import fft
+from scipy import fft, ndimage
 
 from ..camera import Camera
 from ..errors import BadInput
 
 STEEPEST = 0.08
 """Normals whose cosine to the line of sight is below this say nothing about depth."""
+BRIDGE = 0.1
+"""Weight of slopes taken over from the nearest known normal across a hole of the mask, beside a known one's 1."""
+BESIDE = 0.01
+"""Likewise off the mask. A mask that cuts its edges takes the cosine transform four times as many iterations as this
+(80 left 0.03 mm on a real face; 30 of these are 0.06 mm off a direct solution, where 0.1 leaves 0.5), and no mask's rim
+is known so well."""
+ANCHOR = 1e-8
+"""Weight of a depth that normals do not tell: enough for one solution."""
 
 
 @dataclass(frozen=True)
@@ -142,10 +150,16 @@ def integrate(
         BadInput: no normal within the mask.
     """
     slopes = log_slopes(np.where(mask[..., None], normals, np.nan), camera, rays)
-    steps, weights = on_edges(slopes, mask.astype(float))
     known = mask & np.isfinite(slopes).all(-1)
     if not known.any():
         raise BadInput("integration: no normal is known")
-    solved = solve_grid(np.zeros(mask.shape), 1e-8 * known, steps, weights)
+    steps, weights = on_edges(extended(slopes, known), np.where(known, 1.0, np.where(mask, BRIDGE, BESIDE)))
+    solved = solve_grid(np.zeros(mask.shape), np.full(mask.shape, ANCHOR), steps, weights)
     log_z = np.where(known, solved.values, np.nan)
     return mean_z * np.exp(log_z - np.nanmean(log_z))
+
+
+def extended(values: Float[np.ndarray, "h w c"], known: Bool[np.ndarray, "h w"]) -> Float[np.ndarray, "h w c"]:
+    """Every other pixel takes after the nearest known one."""
+    nearest = np.asarray(ndimage.distance_transform_edt(~known, return_distances=False, return_indices=True))
+    return values[nearest[0], nearest[1]]

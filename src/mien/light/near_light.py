@@ -6,11 +6,12 @@ from pathlib import Path
 
 import numpy as np
 from jaxtyping import Bool, Float
+from scipy import ndimage
 
 from ..camera import Camera
 from ..errors import BadInput
 from ..files import existing
-from .integrate import integrate
+from .integrate import extended, integrate
 from .normals import NormalMap, PhotometricStereoConfig, PointLamp, photometric_normals
 from .triangulate import pixel_rays
 
@@ -23,7 +24,10 @@ class NearLightConfig:
     """The search for a surface that explains all pictures."""
 
     rounds: int = 6
-    """Normals from where the surface is, then the surface from its normals; each halves what is left."""
+    """Normals from where the surface is, then the surface from its normals; each halves what is left. On the smallest
+    pictures; on each larger size one is enough."""
+    smallest: int = 20_000
+    """Pixels of the face on which the surface is first found; sizes double from there."""
     start_mm: float | None = None
     """Mean distance from the camera. None: the one that the pictures fit best, since near lamps fall off with it."""
     distances_mm: tuple[float, float] = (300.0, 1500.0)
@@ -58,14 +62,36 @@ def near_light_surface(
     if not mask.any():
         raise BadInput("near lamps: the mask is empty")
     mean = config.start_mm or best_distance(images, lamps, camera, mask, config)
-    rays = pixel_rays(camera)
     z = np.where(mask, mean, np.nan)
-    for _ in range(config.rounds):
-        light = photometric_normals(
-            images, lamps, rays * np.nan_to_num(z, nan=mean)[..., None], mask, config.photometric
-        )
-        z = integrate(light.normals, camera, rays, mask, mean)
+    steps = [2**k for k in range(halvings(int(mask.sum()), config.smallest), -1, -1)]
+    for level, step in enumerate(steps):
+        some = np.s_[::step, ::step]
+        kept, seen = mask[some], every(camera, step)
+        rays = pixel_rays(seen)
+        z = enlarged(z, kept.shape) if level else z[some]
+        for _ in range(1 if level else config.rounds):
+            points = rays * np.nan_to_num(z, nan=mean)[..., None]
+            light = photometric_normals(images[:, *some], lamps, points, kept, config.photometric)
+            z = integrate(light.normals, seen, rays, kept, mean)
     return NearLightSurface(z, light, mean, unexplained(images, lamps, rays, z, light, mask))
+
+
+def halvings(pixels: int, smallest: int) -> int:
+    """How often a picture is halved until no more than so many pixels of the face are left."""
+    return max(int(np.ceil(np.log2(pixels / smallest) / 2)), 0)
+
+
+def every(camera: Camera, step: int) -> Camera:
+    """The camera whose pixels are every `step`-th of the other's, from the first on."""
+    size = [-(-pixels // step) for pixels in (camera.width, camera.height)]
+    return Camera(camera.fx / step, camera.fy / step, camera.cx / step, camera.cy / step, *size)
+
+
+def enlarged(z: Float[np.ndarray, "h w"], shape: tuple[int, ...]) -> Float[np.ndarray, "hh ww"]:
+    """Depth on twice as many rows and columns; where nothing is known, that of the nearest pixel."""
+    filled = extended(z[..., None], np.isfinite(z))[..., 0]
+    y, x = np.mgrid[: shape[0], : shape[1]] / 2
+    return ndimage.map_coordinates(filled, [y, x], order=1, mode="nearest")
 
 
 def best_distance(

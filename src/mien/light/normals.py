@@ -6,6 +6,8 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy import ndimage
 
+from .._kernels import photometric as kernel
+from .._kernels._spread import spread
 from ..errors import BadInput
 from .patterns import PatternSet
 
@@ -178,15 +180,15 @@ def photometric_normals(
     values = images[:, mask].T
     light = np.stack([lamp.light(points[mask]) for lamp in lamps], 1)
     usable = (values > config.shadow) & (values < config.brightest)
-    scale = config.robust * np.maximum(values.max(axis=1, keepdims=True), config.shadow)
-    weight = usable.astype(float)
-    scaled, residual = np.zeros((len(values), 3)), np.zeros_like(values)
-    for _ in range(config.rounds):
-        gram = np.einsum("pk,pki,pkj->pij", weight, light, light)
-        gram += 1e-9 * np.trace(gram, axis1=1, axis2=2)[:, None, None] * np.eye(3) + 1e-30 * np.eye(3)
-        scaled = np.linalg.solve(gram, np.einsum("pk,pki,pk->pi", weight, light, values)[..., None])[..., 0]
-        residual = values - np.einsum("pki,pi->pk", light, scaled)
-        weight = usable / (1 + (residual / scale) ** 2)
+    scales = config.robust * np.maximum(values.max(axis=1), config.shadow)
+    scaled, weight = np.zeros((len(values), 3)), np.zeros_like(values)
+
+    def rows(first: int, last: int) -> None:
+        p = slice(first, last)
+        told = (values[p], light[p], usable[p], scales[p])
+        kernel.robust_normals(*told, config.rounds, scaled[p], weight[p])
+
+    spread(rows, len(values))
     albedo = np.linalg.norm(scaled, axis=1)
     known = (usable.sum(1) >= config.least) & (albedo > 0)
     out = NormalMap(*(np.full((*mask.shape, *shape), np.nan) for shape in ((3,), (), ())))
