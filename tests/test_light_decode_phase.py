@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mien.errors import BadInput
-from mien.light.decode_phase import bending, decode_gray, decode_phase, unwrap, wrap, wrapped_phase
+from mien.light.decode_phase import bending, decode_gray, decode_phase, evened_phase, unwrap, wrap, wrapped_phase
 from mien.light.patterns import gray_set, phase_set, profile
 
 H, W = 30, 120
@@ -49,6 +49,17 @@ def test_any_number_of_steps_gives_the_phase(steps):
     np.testing.assert_allclose(swing, 0.3)
     with pytest.raises(BadInput, match="3 or more"):
         wrapped_phase(images[:2], phases[:2])
+
+
+def test_waves_that_gamma_leaves_are_evened_out():
+    truth = wrap(np.linspace(0, 40 * np.pi, 6000)[None])
+    phases = 2 * np.pi / 3 * np.array([-1.0, 0.0, 1.0])
+    light = np.array([1.0, 1.03, 0.96])[:, None, None]
+    images = light * np.stack([(0.5 + 0.45 * np.cos(truth + p)) ** 1.3 for p in phases])
+    phase, _ = wrapped_phase(images, phases)
+    even = evened_phase(phase, np.ones_like(truth, bool), 400.0)
+    inner = np.s_[:, 900:-900]
+    assert np.abs(wrap(even - truth))[inner].mean() < 0.25 * np.abs(wrap(phase - truth))[inner].mean()
 
 
 def test_unwrapping_gives_back_a_surface_up_to_whole_turns_round_a_hole():

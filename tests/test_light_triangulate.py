@@ -52,6 +52,23 @@ def test_a_camera_and_a_projector_find_a_ball_through_its_lens(distortion):
     assert np.abs(depth.z - truth)[known].max() < 0.02
 
 
+def test_a_projector_above_the_camera_needs_its_rows():
+    above = light_scene.view("above", 0.0, -150.0, 500.0, (256, 256))
+    projector = replace(above, distortion=(-0.1, 0.05, 0.001, 0.002, 0.0))
+    rays, (truth, _) = pixel_rays(LEFT.camera), light_scene.ball_depth(LEFT)
+    local = (projector.T_view_rig @ LEFT.T_view_rig.inverse()).apply((rays * truth[..., None]).reshape(-1, 3))
+    pixels = projector.distorted(projector.camera.project(local)).reshape(*truth.shape, 2)
+    pixels += 0.05 * np.random.default_rng(0).normal(size=pixels.shape)
+    columns, rows = (Decoded(pixels[..., axis], np.where(np.isfinite(truth), 0.05, np.nan)) for axis in (0, 1))
+    depth = triangulate_projector(LEFT, projector, columns, rows=rows)
+    known = np.isfinite(depth.z)
+    assert known.sum() > 0.7 * np.isfinite(truth).sum()
+    assert np.abs(depth.z - truth)[known].mean() < 0.3
+    assert 0.5 < np.sqrt((((depth.z - truth) / depth.sigma_mm)[known] ** 2).mean()) < 2
+    with pytest.raises(BadInput, match="mm away, none of them within"):
+        triangulate_projector(LEFT, projector, columns, TriangulateConfig(farthest_mm=300.0), rows)
+
+
 def test_no_match_and_one_camera_twice_are_told():
     with pytest.raises(BadInput, match="one camera"):
         rectify(LEFT, replace(LEFT, name="other"))

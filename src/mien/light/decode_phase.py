@@ -16,6 +16,8 @@ pixels of the projector a single bit changes, and either value is right to a pix
 APART = 1 / 10
 """Of a period, median between phase and code, from which on they have nothing to do with one another: that comes to
 1 / 8 for two swapped steps of four, and to 1 / 4 at random."""
+WAVES = 3
+"""Harmonics of a period that are evened out: three steps leave gamma's waves at the third."""
 WINDOW = 5
 """Pixels a side over which whole-pixel codes are averaged: the plane through them, at its centre."""
 
@@ -33,6 +35,28 @@ def wrapped_phase(
         raise BadInput(f"phase shift: {len(phases)} steps do not tell phase, swing and light apart; give 3 or more")
     solved = np.tensordot(np.linalg.pinv(design), images, axes=1)
     return np.arctan2(solved[2], solved[1]), np.hypot(solved[1], solved[2])
+
+
+def evened_phase(
+    phase: Float[np.ndarray, "h w"], mask: Bool[np.ndarray, "h w"], window_px: float
+) -> Float[np.ndarray, "h w"]:
+    """A wrapped phase without the waves that gamma, saturation and steps of unequal light leave in each period.
+
+    Over whole periods every phase comes equally often; where the phase is bent some come more often, by just as much.
+    The integral of their density is the true phase.
+
+    Args:
+        window_px: standard deviation of the window over which phases are counted: a period or two. Over the whole
+            picture they must not be: how far a phase is bent depends on how bright the skin is.
+    """
+    weight = np.maximum(ndimage.gaussian_filter(mask.astype(float), window_px), 1e-6)
+    out = phase
+    for n in range(1, WAVES + 1):
+        turns = np.exp(-1j * n * phase)
+        counted = [ndimage.gaussian_filter(np.where(mask, part, 0.0), window_px) for part in (turns.real, turns.imag)]
+        density = (counted[0] + 1j * counted[1]) / weight
+        out = out + 2 * np.real(density / turns / (1j * n))
+    return wrap(out)
 
 
 def decode_gray(

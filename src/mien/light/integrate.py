@@ -146,6 +146,8 @@ def integrate(
 ) -> Float[np.ndarray, "h w"]:
     """Depth, mm, of the surface with these normals, at a mean depth that normals cannot tell; NaN off the mask.
 
+    Where a normal is unknown the nearest one stands in for it.
+
     Raises:
         BadInput: no normal within the mask.
     """
@@ -155,7 +157,7 @@ def integrate(
         raise BadInput("integration: no normal is known")
     steps, weights = on_edges(extended(slopes, known), np.where(known, 1.0, np.where(mask, BRIDGE, BESIDE)))
     solved = solve_grid(np.zeros(mask.shape), np.full(mask.shape, ANCHOR), steps, weights)
-    log_z = np.where(known, solved.values, np.nan)
+    log_z = np.where(mask, solved.values, np.nan)
     return mean_z * np.exp(log_z - np.nanmean(log_z))
 
 

@@ -11,9 +11,10 @@ from scipy import ndimage
 from ..camera import Camera
 from ..errors import BadInput
 from ..files import existing
+from .fuse import small_holes
 from .integrate import extended, integrate
 from .normals import NormalMap, PhotometricStereoConfig, PointLamp, photometric_normals
-from .triangulate import pixel_rays
+from .triangulate import pieces, pixel_rays
 
 JUDGED = 4000
 """Pixels on which a distance is judged."""
@@ -33,6 +34,12 @@ class NearLightConfig:
     distances_mm: tuple[float, float] = (300.0, 1500.0)
     """Between which it is sought."""
     photometric: PhotometricStereoConfig = PhotometricStereoConfig()
+    hole_mm: float = 4.0
+    """Dark specks no wider or taller than this are bridged. 0: none are."""
+    smallest_piece: float = 0.01
+    """Share of the mask; smaller pieces of surface are crumbs."""
+    step_mm: float = 4.0
+    """Neighbouring pixels farther apart in depth belong to different pieces."""
 
 
 @dataclass(frozen=True)
@@ -73,6 +80,10 @@ def near_light_surface(
             points = rays * np.nan_to_num(z, nan=mean)[..., None]
             light = photometric_normals(images[:, *some], lamps, points, kept, config.photometric)
             z = integrate(light.normals, seen, rays, kept, mean)
+    known = np.where(light.known, z, np.nan)
+    holes = small_holes(known, camera, config.hole_mm)
+    z = np.where(light.known | holes, z, np.nan)
+    z = np.where(pieces(z, config.step_mm) >= config.smallest_piece * mask.sum(), z, np.nan)
     return NearLightSurface(z, light, mean, unexplained(images, lamps, rays, z, light, mask))
 
 

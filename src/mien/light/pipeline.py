@@ -159,7 +159,9 @@ def base_geometry(
         return depth
     if rig.projector is None:
         raise BadInput(f"{views[0].name}: one camera needs a calibrated projector, and the calibration has none")
-    return triangulate_projector(views[0], rig.projector, decoded[0], config.triangulate)
+    first = shown[0]
+    rows = decode_gray(first.images, patterns, "y") if patterns.of("gray", axis="y") else None
+    return triangulate_projector(first.view, rig.projector, decoded[0], config.triangulate, rows)
 
 
 def check_light(depth: DepthMap, light: NormalMap, view: RigView) -> None:

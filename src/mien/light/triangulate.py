@@ -170,34 +170,81 @@ def _at_pixels(
 
 
 def triangulate_projector(
-    view: RigView, projector: RigView, seen: Decoded, config: TriangulateConfig = TriangulateConfig()
+    view: RigView,
+    projector: RigView,
+    seen: Decoded,
+    config: TriangulateConfig = TriangulateConfig(),
+    rows: Decoded | None = None,
 ) -> DepthMap:
-    """Depth of one camera's pixels from the planes of light that the calibrated projector's columns are."""
-    T = projector.T_view_rig @ view.T_view_rig.inverse()
+    """Depth of one camera's pixels from the planes of light that the calibrated projector's columns are.
+
+    Args:
+        rows: of the projector, where its patterns tell those too: a projector above the camera needs them, and each
+            pixel has its point where both planes fit best.
+
+    Raises:
+        BadInput: no point lies within the distances of `config`.
+    """
+    T_projector_view = projector.T_view_rig @ view.T_view_rig.inverse()
     rays = pixel_rays(view.camera)
-    columns = seen.pixel
-    z = _meet_plane(rays, T, projector.camera, columns)
+    if rows is None:
+        straight, told = straight_columns(rays, T_projector_view, projector, seen.pixel)[..., None], [seen]
+    else:
+        straight, told = projector.undistorted(np.stack([seen.pixel, rows.pixel], -1)), [seen, rows]
+    planes = [_plane(rays, T_projector_view, projector.camera, straight[..., axis], axis) for axis in range(len(told))]
+    z, sigma = _meet(rays, T_projector_view, planes, [decoded.sigma for decoded in told])
+    return cleaned(DepthMap(z, sigma), view.camera, config)
+
+
+def straight_columns(
+    rays: Float[np.ndarray, "h w 3"], T_projector_view: Transform, projector: RigView, columns: Float[np.ndarray, "h w"]
+) -> Float[np.ndarray, "h w"]:
+    """Columns of the projector without its lens's distortion, which depends on the row that each point lies in."""
+    straight = columns
     for _ in range(PROJECTOR_ROUNDS if any(projector.distortion) else 0):
-        points = T.apply((rays * z[..., None]).reshape(-1, 3)).reshape(rays.shape)
+        a, b = _plane(rays, T_projector_view, projector.camera, straight, 0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            points = T_projector_view.apply((rays * (b / a)[..., None]).reshape(-1, 3)).reshape(rays.shape)
         row = projector.distorted(projector.camera.project(points))[..., 1]
-        columns = projector.undistorted(np.stack([seen.pixel, row], -1))[..., 0]
-        z = _meet_plane(rays, T, projector.camera, columns)
-    ahead = _meet_plane(rays, T, projector.camera, columns + 1.0)
-    z = np.where((z > config.nearest_mm) & (z < config.farthest_mm), z, np.nan)
-    return cleaned(DepthMap(z, np.abs(ahead - z) * seen.sigma), view.camera, config)
+        straight = projector.undistorted(np.stack([columns, row], -1))[..., 0]
+    return straight
 
 
-def _meet_plane(rays: np.ndarray, T: Transform, projector: Camera, columns: np.ndarray) -> np.ndarray:
-    """Where each ray meets the plane of its column: fx X / Z + cx = column along the ray."""
-    across, along = rays @ T.rotation[0], rays @ T.rotation[2]
-    off = columns - projector.cx
+def _plane(
+    rays: np.ndarray, T: Transform, projector: Camera, pixel: np.ndarray, axis: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """a z = b along each ray where it meets the plane of a projector's column (axis 0) or row (axis 1)."""
+    focal, centre = ((projector.fx, projector.cx), (projector.fy, projector.cy))[axis]
+    across, along = rays @ T.rotation[axis], rays @ T.rotation[2]
+    off = pixel - centre
+    return off * along - focal * across, focal * T.translation[axis] - off * T.translation[2]
+
+
+def _meet(rays: np.ndarray, T: Transform, planes: list, sigmas: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Depth along each ray that all planes agree on best, and its standard deviation."""
+    top, bottom = np.zeros(rays.shape[:2]), np.zeros(rays.shape[:2])
+    for (a, b), sigma in zip(planes, sigmas, strict=True):
+        top = top + a * b / sigma**2
+        bottom = bottom + (a / sigma) ** 2
     with np.errstate(divide="ignore", invalid="ignore"):
-        return (projector.fx * T.translation[0] - off * T.translation[2]) / (off * along - projector.fx * across)
+        z = top / bottom
+        away = z * (rays @ T.rotation[2]) + T.translation[2]
+        return z, np.abs(away) / np.sqrt(bottom)
 
 
 def cleaned(depth: DepthMap, camera: Camera, config: TriangulateConfig) -> DepthMap:
-    """Without what is too near, too far, seen at a grazing angle, or a crumb."""
+    """Without what is too near, too far, seen at a grazing angle, or a crumb.
+
+    Raises:
+        BadInput: all of it is too near or too far.
+    """
     z = np.where((depth.z > config.nearest_mm) & (depth.z < config.farthest_mm), depth.z, np.nan)
+    if np.isfinite(depth.z).any() and not np.isfinite(z).any():
+        raise BadInput(
+            f"points lie {np.nanmedian(depth.z):.0f} mm away, none of them within {config.nearest_mm:.0f} to "
+            f"{config.farthest_mm:.0f} mm: set --triangulate.nearest-mm and --triangulate.farthest-mm, "
+            "or is the calibration of another rig?"
+        )
     z = np.where(facing(z, camera) > config.grazing, z, np.nan)
     z = np.where(pieces(z, config.step_mm) >= config.smallest_piece, z, np.nan)
     return DepthMap(z, np.where(np.isfinite(z), depth.sigma_mm, np.nan))
