@@ -12,6 +12,8 @@ from mien.blendshapes.corrections import (
     Correction,
     check_names,
     landmarks_by_hand,
+    pinned,
+    pins_by_hand,
     read_corrections,
     without_painted,
 )
@@ -29,12 +31,16 @@ def test_a_file_is_read(tmp_path):
     picture = np.full((4, 6, 3), 200, np.uint8)
     picture[1, 2] = 0
     Image.fromarray(picture).save(tmp_path / "smile.png")
-    told = {"smile": {"landmarks": {"61": [212, 340.5], "13": None}, "mask": "smile.png"}, "neutral": {}}
+    told = {
+        "smile": {"landmarks": {"61": [212, 340.5], "13": None}, "mask": "smile.png"},
+        "neutral": {"pins": {"mole": [3, 4]}},
+    }
     found = read_corrections(written(tmp_path, told))
     assert found["smile"].landmarks == {61: (212.0, 340.5), 13: None}
     assert found["smile"].painted is not None
     np.testing.assert_array_equal(np.argwhere(found["smile"].painted), [[1, 2]])
     assert found["neutral"].painted is None
+    assert found["neutral"].pins == {"mole": (3.0, 4.0)}
 
 
 @pytest.mark.parametrize(
@@ -91,3 +97,14 @@ def test_a_face_that_is_not_found_may_be_marked_by_hand(monkeypatch):
         landmarks_by_hand(face_map())
     places = {i: tuple(p) for i, p in enumerate(face_landmarks().pixels(LAYOUT)[:10])}
     assert landmarks_by_hand(face_map(), Correction(places)).known.sum() == 10
+
+
+def test_pins_that_both_captures_have_hold_the_warp():
+    calm, open_ = face_map(), face_map("jawOpen", jawOpen=0.7)
+    here = pins_by_hand(calm, Correction(pins={"mole": (150.0, 100.0), "scar": (120.0, 90.0)}))
+    there = pins_by_hand(open_, Correction(pins={"mole": (153.0, 104.0), "freckle": (140.0, 90.0)}))
+    held = pinned(here, there, LAYOUT)
+    np.testing.assert_allclose([held.source, held.target], [[[150, 100]], [[153, 104]]], atol=0.05)
+    assert pinned(here, {}, LAYOUT) is None
+    with pytest.raises(BadInput, match=r"pin mole at .* shows nothing"):
+        pins_by_hand(calm, Correction(pins={"mole": (0.0, 259.0)}))

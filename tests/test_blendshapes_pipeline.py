@@ -1,13 +1,16 @@
 """Captures to a rig."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from blendshape_faces import LAYOUT, face_map
-from blendshape_rig import SMILE, built_rig
-from mien.blendshapes import pipeline
+from blendshape_rig import JAW, QUICK, SMILE, built_rig, true_landmarks
+from mien.blendshapes import corrections, expression, pipeline
 from mien.blendshapes.captures import Capture
-from mien.blendshapes.corrections import Correction
+from mien.blendshapes.corrections import Correction, pins_by_hand
+from mien.blendshapes.expression import build_shape
 from mien.faces import ARKIT_NAMES, load_face
 
 
@@ -64,3 +67,21 @@ def test_corrections_by_hand_go_to_their_captures_and_a_bad_one_leaves_its_own_o
     assert seen["jawOpen"][1] is moved
     assert seen["neutral"][0] < seen["grin"][0]
     assert [line for line in made.left_out if "mask of frown" in line]
+
+
+def test_pins_reach_the_warp_in_the_neutrals_frame(monkeypatch):
+    class Warped(Exception):
+        pass
+
+    def warp(**given):
+        held.append(given["pinned"])
+        raise Warped
+
+    held, mole = [], Correction(pins={"mole": (150.0, 60.0)})
+    neutral = built_rig().neutral
+    neutral = replace(neutral, pins=pins_by_hand(neutral.map, mole))
+    monkeypatch.setattr(corrections, "landmarks_on_map", true_landmarks)
+    monkeypatch.setattr(expression, "warp", warp)
+    with pytest.raises(Warped):
+        build_shape(face_map("jawOpen", **JAW), neutral, load_face(), replace(QUICK, model=False), mole)
+    np.testing.assert_allclose([held[0].source, held[0].target], [[[150, 60]], [[150, 60]]], atol=1.0)

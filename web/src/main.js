@@ -9,6 +9,7 @@ import { Edits } from "./edits.js";
 import { film } from "./film.js";
 import { Live } from "./live.js";
 import { GpuFace } from "./gpu_face.js";
+import { MapPanel } from "./map.js";
 import { MarkersPanel } from "./markers.js";
 import { Motion } from "./motion.js";
 import { filmOf, MarkerCloud } from "./overlays.js";
@@ -97,7 +98,9 @@ class Studio {
     panel.append(shots);
     if (served) this.watch(say);
     if (this.shown.length > 1) panel.append(row(choice("face", this.shown.map(({ name }, i) => [i, name]), 0, (i) => this.turnTo(this.shown[i]))));
-    if (this.shown.length > 1 && this.shown.slice(0, 2).every(({ kind }) => kind === "scan")) this.correspond = new Correspond(panel, this);
+    const isMap = ({ name }) => name.endsWith(".exr");
+    if (served && isMap(this.current)) this.map = new MapPanel(panel, this);
+    if (this.shown.length > 1 && this.shown.slice(0, 2).every((one) => one.kind === "scan" && !isMap(one))) this.correspond = new Correspond(panel, this);
     if (header.live) this.live = new Live(panel, this);
     if (this.current.motion) this.correct = new CorrectPanel(panel, this);
     if (served && this.clouds.length && this.current.motion) this.markers = new MarkersPanel(panel, this, this.clouds[0]);
@@ -119,7 +122,7 @@ class Studio {
     }, WATCH_MS);
   }
 
-  turnTo(one) { this.current = one; this.chosen.clear(); this.sliders?.fill(); if (this.timeline) this.timeline.ranked = null; this.show(); }
+  turnTo(one) { this.current = one; this.chosen.clear(); this.map?.turnTo(one); this.sliders?.fill(); if (this.timeline) this.timeline.ranked = null; this.show(); }
 
   key(event) {
     if (event.target.matches("input[type=text], input[type=search], select")) return;

@@ -1,12 +1,13 @@
-"""What a user says of single captures by hand: landmarks added, moved or dropped, and what is painted out (sec. 4.3).
+"""What a user says of single captures by hand: landmarks, pinned points, and what is painted out (sec. 4.3).
 
 `corrections.json`, beside the pictures that it names:
 
-    {"smile": {"landmarks": {"61": [212, 340], "13": null}, "mask": "smile_mask.png"}}
+    {"smile": {"landmarks": {"61": [212, 340], "13": null}, "pins": {"mole": [180, 260]}, "mask": "smile_mask.png"}}
 
 A capture is named as its file is. Landmarks bear MediaPipe's numbers; a place is a pixel (x, y) of the capture's map,
-which is the texture that `mien scan -o smile.ply` writes; `null` drops one. A mask is a picture of that size: what is
-black is as if the sensor had seen nothing there.
+which is the texture that `mien scan -o smile.ply` writes; `null` drops one. A pin is a point of the skin that is no
+landmark, such as a mole: where the neutral and a capture have a pin of one name, the warp goes through both. A mask is
+a picture of the map's size: what is black is as if the sensor had seen nothing there.
 """
 
 import json
@@ -16,14 +17,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Bool
+from jaxtyping import Bool, Float
 
 from ..errors import BadInput
-from ..files import existing
+from ..files import existing, whole
+from ..flow import FlowConstraints
 from ..io.meshes.images import read_image
 from ..landmarks.detector import COUNT
 from .correspond.landmarks import MapLandmarks, landmarks_on_map
-from .cylinder_map import CylinderMap
+from .cylinder_map import CylinderLayout, CylinderMap
 
 BLACK = 64
 """Grey values below this, of 255, are painted out."""
@@ -37,6 +39,8 @@ class Correction:
     """Pixels (x, y) of the map by MediaPipe's number; None drops one."""
     painted: Bool[np.ndarray, "h w"] | None = None
     """Pixels that are painted out."""
+    pins: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    """Pixels (x, y) of further points of the skin, by name."""
 
 
 NOTHING = Correction()
@@ -53,12 +57,12 @@ def read_corrections(path: str | Path) -> dict[str, Correction]:
         told = json.loads(existing(path).read_text())
         return {name: _correction(path, part) for name, part in told.items()}
     except (ValueError, TypeError, AttributeError) as error:
-        example = '{"smile": {"landmarks": {"61": [212, 340], "13": null}, "mask": "smile.png"}}'
+        example = '{"smile": {"landmarks": {"61": [212, 340], "13": null}, "pins": {}, "mask": "smile.png"}}'
         raise BadInput(f"{path}: is not {example} ({error})") from None
 
 
 def _correction(path: Path, part: dict[str, Any]) -> Correction:
-    unknown = set(part) - {"landmarks", "mask"}
+    unknown = set(part) - {"landmarks", "mask", "pins"}
     if unknown:
         raise ValueError(f"unknown: {', '.join(sorted(unknown))}")
     places: dict[int, tuple[float, float] | None] = {}
@@ -66,10 +70,23 @@ def _correction(path: Path, part: dict[str, Any]) -> Correction:
         if not 0 <= int(number) < COUNT:
             raise ValueError(f"landmark {number}: there are {COUNT}, counted from 0")
         places[int(number)] = None if place is None else (float(place[0]), float(place[1]))
+    pins = {str(name): (float(place[0]), float(place[1])) for name, place in part.get("pins", {}).items()}
     if "mask" not in part:
-        return Correction(places)
+        return Correction(places, None, pins)
     picture = read_image(path.parent / part["mask"])
-    return Correction(places, picture.max(axis=2) < BLACK)
+    return Correction(places, picture.max(axis=2) < BLACK, pins)
+
+
+def write_corrections(path: str | Path, told: Mapping[str, Any]) -> None:
+    """Write the format above, whole or not at all.
+
+    Raises:
+        BadInput: it is not that.
+    """
+    with whole(path) as temporary:
+        temporary.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+        for part in told.values():
+            _correction(Path(path), part)
 
 
 def check_names(corrections: Iterable[str], captures: Sequence[str]) -> None:
@@ -121,3 +138,31 @@ def landmarks_by_hand(map_: CylinderMap, correction: Correction = NOTHING) -> Ma
         if points[number] is not None and not np.isfinite(points[number]).all():
             raise BadInput(f"{map_.name}: landmark {number} at {place} by hand: the map shows nothing there")
     return found.edited(points)
+
+
+Pins = Mapping[str, Float[np.ndarray, " 3"]]
+"""Points of the skin by name, face space, mm."""
+
+
+def pins_by_hand(map_: CylinderMap, correction: Correction) -> Pins:
+    """A map's pins.
+
+    Raises:
+        BadInput: one lies where the map shows nothing.
+    """
+    pins = {}
+    for name, place in correction.pins.items():
+        point = map_.at(np.array([place]))[0][0].astype(np.float64)
+        if not np.isfinite(point).all():
+            raise BadInput(f"{map_.name}: pin {name} at {place}: the map shows nothing there")
+        pins[name] = point
+    return pins
+
+
+def pinned(neutral: Pins, source: Pins, layout: CylinderLayout) -> FlowConstraints | None:
+    """Pins that both have, from the neutral's map to the source's, pixels; None where there are none."""
+    both = [name for name in neutral if name in source]
+    if not both:
+        return None
+    here, there = (layout.pixels(np.stack([pins[name] for name in both])) for pins in (neutral, source))
+    return FlowConstraints(here, there)

@@ -12,7 +12,7 @@ from .align import HeadAlignConfig, align, stabilised
 from .build.arkit import CompleteConfig, transferred
 from .build.artist_mesh import ArtistMesh, bundled_mesh, complete, look_up
 from .build.texture import TexelGrid, expression_texture, neutral_texture, texel_grid
-from .corrections import NOTHING, Correction, landmarks_by_hand
+from .corrections import NOTHING, Correction, Pins, landmarks_by_hand, pinned, pins_by_hand
 from .correspond.dense import SkinWarp, WarpConfig, warp
 from .correspond.landmarks import MapLandmarks, along_contours
 from .correspond.model_motion import mix_of, motion_image
@@ -51,6 +51,7 @@ class NeutralFace:
     """The bundled expressions on this face."""
     grid: TexelGrid
     texture: Float[np.ndarray, "h w 3"]
+    pins: Pins = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -80,7 +81,8 @@ def neutral_face(
     artist = bundled_mesh(map_, landmarks, face)
     units = transferred(face, artist.mesh)
     grid = texel_grid(artist.mesh, artist.shown, map_, config.texture)
-    return NeutralFace(map_, landmarks, artist, units, grid, neutral_texture(grid, map_))
+    pins = pins_by_hand(map_, by_hand)
+    return NeutralFace(map_, landmarks, artist, units, grid, neutral_texture(grid, map_), pins)
 
 
 def build_shape(
@@ -101,7 +103,16 @@ def build_shape(
     if config.model:
         mix = mix_of(neutral.units, artist.mesh, aligned.landmarks, neutral.landmarks)
         expected = motion_image(artist.mesh, np.tensordot(mix, neutral.units, axes=1), neutral.map.layout)
-    warped = warp(aligned.map, aligned.landmarks, neutral.map, neutral.landmarks, expected=expected, config=config.warp)
+    pins = {name: aligned.T_neutral_capture.apply(point) for name, point in pins_by_hand(map_, by_hand).items()}
+    warped = warp(
+        source=aligned.map,
+        source_landmarks=aligned.landmarks,
+        neutral=neutral.map,
+        neutral_landmarks=neutral.landmarks,
+        expected=expected,
+        pinned=pinned(neutral.pins, pins, neutral.map.layout),
+        config=config.warp,
+    )
     found = look_up(artist, aligned.map, warped)
     marks = aligned.landmarks
     if config.stabilise:

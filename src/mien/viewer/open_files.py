@@ -6,6 +6,8 @@ from pathlib import Path
 
 from ..blendshapes.build.masks import TexturedRig
 from ..blendshapes.build.rig_files import read_textured_rig
+from ..blendshapes.cylinder_map import mesh_of_map
+from ..blendshapes.map_file import read_map
 from ..blendshapes.play import textured_for
 from ..clip import Markers
 from ..errors import BadInput
@@ -21,6 +23,10 @@ from ..units import parse_unit
 from .studio_scene import Film, Shown
 
 SCANS = (".ply", ".obj", ".stl")
+MAP = ".exr"
+"""A capture laid out, as `mien scan -o smile.exr` writes it."""
+MAP_STEP = 2
+"""Every so many pixels of a map is a vertex of what is shown."""
 FILMS = (".mp4", ".webm", ".mov", ".m4v")
 """Of the films that are read those that a browser plays."""
 
@@ -73,7 +79,7 @@ def reopened(shown: Shown) -> Shown:
 
 
 def open_face(file: Path, units: str | None = None) -> Performance | Rig | Scan:
-    """A `.glb` or USD with animation as Performance, with morph targets or a folder as Rig, all else as Scan.
+    """A `.glb` or USD with animation as Performance, with morph targets or a folder as Rig, else a mesh or map as Scan.
 
     Raises:
         BadInput: of no kind that is known, or what its reader raises.
@@ -81,6 +87,8 @@ def open_face(file: Path, units: str | None = None) -> Performance | Rig | Scan:
     suffix = file.suffix.lower()
     if file.is_dir():
         return read_any_rig(file, units)
+    if suffix == MAP:
+        return mesh_of_map(read_map(file), MAP_STEP)
     kind = face_kind(file) if suffix in READ else None
     if kind is Performance:
         return read_captured(file)
@@ -88,5 +96,5 @@ def open_face(file: Path, units: str | None = None) -> Performance | Rig | Scan:
         return read_any_rig(file)
     if kind is Scan or suffix in SCANS:
         return read_scan(file, units)
-    known = ", ".join((*READ, *SCANS, *READERS, *FILMS))
+    known = ", ".join((*READ, *SCANS, MAP, *READERS, *FILMS))
     raise BadInput(f"{file}: is nothing that can be shown; give one of {known}")

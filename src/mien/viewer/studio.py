@@ -12,9 +12,10 @@ from ..rig import Performance
 from .kept.clicked_pairs import ClickedPairs, ViewedScan
 from .kept.corrections import Corrections
 from .kept.film_out import FilmOut
+from .kept.map_marks import MapMarks
 from .kept.marker_places import MarkerPlaces, SolvedTake
 from .live_feed import LiveFeed
-from .open_files import reopened
+from .open_files import MAP, reopened
 from .server import MIMES, Answer, PageServer, Routes, open_server
 from .studio_scene import Film, Shown, pack_scene
 
@@ -65,6 +66,11 @@ class Studio:
             markers = MarkerPlaces(solved)
             routes.get["/markers"] = markers.read
             routes.post |= {"/markers": markers.save, "/marker-place": markers.place}
+        maps = [path for path in (one.path for one in self.shown) if path is not None and path.suffix.lower() == MAP]
+        if maps:
+            marks = MapMarks(maps)
+            routes.get |= {"/map": marks.read, "/map-picture": marks.picture, "/map-landmarks": marks.landmarks}
+            routes.post["/map"] = marks.save
         scans = self._scans()
         if len(scans) > 1:
             pairs = ClickedPairs(scans)
@@ -88,9 +94,9 @@ class Studio:
         return SolvedTake(take.thing, take.path, face.thing, face.path)
 
     def _scans(self) -> list[ViewedScan]:
-        """Scans that came from files."""
-        scans = [one for one in self.shown if isinstance(one.thing, Scan)]
-        return [ViewedScan(one.path, one.unit_mm) for one in scans if one.path is not None]
+        """Scans that came from files; maps have marks of their own."""
+        paths = [(one.path, one.unit_mm) for one in self.shown if isinstance(one.thing, Scan) and one.path is not None]
+        return [ViewedScan(path, unit_mm) for path, unit_mm in paths if path.suffix.lower() != MAP]
 
     def _corrected(self) -> dict[int, Path]:
         """Performances that came from files, by their number among the page's faces."""
