@@ -39,6 +39,24 @@ def test_rows_lead_back_to_where_the_reference_was_seen():
     np.testing.assert_allclose(step, [-0.5, 0.3], atol=0.1)
 
 
+def test_skin_that_does_not_keep_its_look_is_trusted_less():
+    """Of two halves of a face the one that flickers in the first frames loses its say."""
+    config, m, T = PhotometricConfig(noise=0.01), stage.model(), stage.pose()
+    reference = no_reference(len(m.front), config)
+    camera = stage.CAMERA
+    half = np.arange(camera.width) < camera.project(T.apply(m.centre[None]))[0, 0]
+    intrinsics = np.array([camera.fx, camera.fy, camera.cx, camera.cy])
+    for flicker in (0.1, -0.1) * 4:
+        image = np.broadcast_to(np.where(half, flicker, 0.02).astype(np.float32), (camera.height, camera.width))
+        reference = learn_reference(reference, (image, image), intrinsics, m.neutral, m.faces, None, T, config)
+    trust = reference.weight(0, config)
+    seen = reference.count == 8
+    at = camera.project(T.apply(m.neutral.astype(float)))[:, 0].astype(int)
+    assert np.abs(trust[seen & half[at - 2] & half[at + 2]] - 0.01**2 / (0.01**2 + 0.1**2)).max() < 1e-3
+    assert trust[seen & ~half[at - 2]].min() > 0.99
+    assert not trust[reference.count == 0].any()
+
+
 def test_nothing_is_learnt_after_the_first_frames_or_without_colour():
     config, m = PhotometricConfig(frames=0), stage.model()
     empty = no_reference(len(m.front), config)

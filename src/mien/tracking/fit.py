@@ -119,7 +119,7 @@ def appearance(
     level = sorted(set(config.smooth)).index(config.smooth[min(done, len(config.smooth) - 1)])
     points = track.place(vertices, T_camera_face.rotation, T_camera_face.translation)
     turned = track.place(normals, T_camera_face.rotation, np.zeros(3))
-    valid = reference.weight(config.frames)
+    valid = reference.weight(level, config)
     if match is not None:
         valid = valid * (match.weight > 0)
     found, plane, weight, _ = photometric_match(

@@ -3,7 +3,8 @@
 Depth says nothing of motion along the skin, and landmarks err by a millimetre; brows, lips, nostrils and moles are seen
 in the picture to a fraction of a pixel. Every vertex keeps what it showed in the first frames (`Reference`), and a
 Gauss-Newton row asks that it shows the same now. Light that changes slowly over the face, as when the head turns, is
-divided out: what is compared is contrast, the picture over its own mean round about.
+divided out: what is compared is contrast, the picture over its own mean round about. How far that holds for this skin
+and this light the first frames tell: a vertex counts the less, the more it varies there.
 """
 
 from dataclasses import dataclass
@@ -22,14 +23,17 @@ DARK = 8.0
 class PhotometricConfig:
     """The photometric term."""
 
-    weight: float = 1000.0
+    weight: float = 8000.0
     """Weight of a squared difference of contrast, beside squared millimetres of depth; 0 = none."""
+    noise: float = 0.004
+    """What a vertex shows may vary by so much in the first frames and still count half. Where light wanders over the
+    skin as the head turns, or what is seen is badly told, it varies by several times that."""
     scale: float = 0.1
     """Differences of contrast much above this lose weight: what has come out from behind a lip was not there before."""
     smooth: tuple[int, ...] = (2, 1)
     """Half widths of the window that the picture is smoothed by, pixels, one a round of the fit: coarse to fine."""
-    around: int = 9
-    """Half width of the window whose mean contrast is taken by, pixels."""
+    around: int = 4
+    """Half width of the window whose mean contrast is taken by, pixels: moles and edges pass, shaded folds do not."""
     frames: int = 20
     """Frames over which the reference is averaged."""
     least_cosine: float = 0.35
@@ -41,20 +45,26 @@ class Reference:
     """What each vertex of the front showed in the first frames, at each smoothing."""
 
     contrast: tuple[Float32[np.ndarray, " f"], ...]
+    square: tuple[Float32[np.ndarray, " f"], ...]
+    """Mean square of the same."""
     count: Float32[np.ndarray, " f"]
     """Frames it was seen in."""
     frames: int
     """Frames that were learnt from."""
 
-    def weight(self, frames: int) -> Float32[np.ndarray, " f"]:
-        """How far each vertex's reference may be trusted, 0..1."""
-        return np.minimum(self.count / max(min(frames, self.frames), 1), np.float32(1)).astype(np.float32)
+    def weight(self, level: int, config: PhotometricConfig) -> Float32[np.ndarray, " f"]:
+        """How far each vertex's reference may be trusted, 0..1: where it was always seen and showed the same."""
+        often = np.minimum(self.count / np.float32(max(min(config.frames, self.frames), 1)), np.float32(1))
+        variance = np.maximum(self.square[level] - self.contrast[level] ** 2, np.float32(0))
+        noise = np.float32(config.noise**2)
+        return often * noise / (noise + variance)
 
 
 def no_reference(vertices: int, config: PhotometricConfig) -> Reference:
     """Nothing seen yet."""
     zeros = np.zeros(vertices, np.float32)
-    return Reference(tuple(zeros for _ in set(config.smooth)), zeros, 0)
+    levels = tuple(zeros for _ in set(config.smooth))
+    return Reference(levels, levels, zeros, 0)
 
 
 def contrasts(color: UInt8[np.ndarray, "h w 3"], config: PhotometricConfig) -> tuple[Float32[np.ndarray, "h w"], ...]:
@@ -86,10 +96,11 @@ def learn_reference(
     points = track.place(vertices, T_camera_face.rotation, T_camera_face.translation)
     normals = track.vertex_normals(points, faces)
     ones = np.ones(len(points), np.float32) if seen is None else (seen > 0).astype(np.float32)
-    contrast = []
-    for image, old in zip(images, reference.contrast, strict=True):
+    contrast, square = [], []
+    for image, old, old_square in zip(images, reference.contrast, reference.square, strict=True):
         _, _, weight, shown = photometric_match(points, normals, image, intrinsics, old, ones, config)
         there = (weight > 0).astype(np.float32)
         count = reference.count + there
         contrast.append(old + there * (shown - old) / np.maximum(count, 1))
-    return Reference(tuple(contrast), count, reference.frames + 1)
+        square.append(old_square + there * (shown**2 - old_square) / np.maximum(count, 1))
+    return Reference(tuple(contrast), tuple(square), count, reference.frames + 1)
