@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from detail_patch import painted, training
-from mien.cli.demo_detail import CAPTIONS, draw_figures, report
+from mien.cli.demo_detail import CAPTIONS, draw_figures, play_unseen, report
 from mien.detail.fit import DetailConfig, fit_detail
 from mien.experiments import detail_figures
 
@@ -26,6 +26,8 @@ def subject():
 def test_every_figure_is_drawn_and_stands_in_the_report(subject, tmp_path, monkeypatch):
     monkeypatch.setattr(detail_figures, "PIXELS", 48)
     stage, models = subject
+    play_unseen(tmp_path / "page", stage, models["biquadratic"])
+    assert (tmp_path / "page" / "data.js").stat().st_size > 10_000
     figures = draw_figures(stage, models)
     assert set(figures) == set(CAPTIONS)
     assert all(np.ptp(picture) > 50 for picture in figures.values())

@@ -40,8 +40,8 @@ def test_modes_carry_the_thin_shell(played):
 def test_the_page_is_whole_and_small(played, tmp_path):
     model, drive = played
     write_detail_page(tmp_path, model, drive, 30.0)
-    assert {file.name for file in tmp_path.iterdir()} == {*STATIC, "data.js"}
-    assert sum((tmp_path / name).stat().st_size for name in STATIC) < 1_000_000
+    assert {file.name for file in tmp_path.iterdir()} == {*STATIC.values(), "data.js"}
+    assert sum((tmp_path / name).stat().st_size for name in STATIC.values()) < 1_000_000
     cubic = fit_detail(training(), DetailConfig(SMALL.base, medium_size=16, fine_size=0, medium=PolynomialConfig(3)))
     with pytest.raises(BadInput, match="biquadratic"):
         write_detail_page(tmp_path, cubic, drive, 30.0)

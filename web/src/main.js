@@ -4,6 +4,7 @@ import { Alive } from "./alive.js";
 import { Clock } from "./clock.js";
 import { Correspond } from "./correspond.js";
 import { CorrectPanel } from "./correct.js";
+import { showDetail } from "./detail.js";
 import { button, choice, heading, make, row, save, toggle } from "./dom.js";
 import { Edits } from "./edits.js";
 import { film } from "./film.js";
@@ -195,7 +196,8 @@ class Studio {
   }
 }
 
-loadScene(address("scene.bin")).then((file) => {
+if (window.DETAIL) showDetail(window.DETAIL);
+else loadScene(address("scene.bin")).then((file) => {
   window.studio = new Studio(file);
   window.studio.run();
 }).catch((fault) => { told.textContent = String(fault.message ?? fault); document.body.dataset.fault = "yes"; console.error(fault); });

@@ -17,7 +17,7 @@ PAPER = {"energies": (76.84, 92.52, 98.46, 99.76, 100.0), "medium": (0.397, 0.30
 
 
 def demo_detail(folder: Path, seed: int, markers: int) -> None:
-    """Leaves maps/, figures 3 to 8 and report.html in `folder`."""
+    """Leaves maps/, page/, figures 3 to 8 and report.html in `folder`."""
     from ..detail.disk.maps import write_detail
     from ..detail.fit import DetailConfig, fit_detail
     from ..detail.reflectance import ReflectanceConfig
@@ -39,11 +39,24 @@ def demo_detail(folder: Path, seed: int, markers: int) -> None:
         strain = replace(config, fine_size=0, domain=by_strain, reflectance=ReflectanceConfig(learn=False))
         models["strain"] = fit_detail(stage.training, strain, progress)
         write_detail(folder / "maps", models["biquadratic"], half=True)
+        play_unseen(folder / "page", stage, models["biquadratic"])
         figures = draw_figures(stage, models)
         errors = report(folder, stage, models, figures)
     for row in errors:
         print(f"{row[0]:12}", *(f"{value:8.4f}" for value in row[1:]))
-    print(f"{folder}/: maps/  figure_3.png to figure_8.png  report.html")
+    print(f"{folder}/: maps/  page/index.html  figure_3.png to figure_8.png  report.html")
+
+
+def play_unseen(folder: Path, stage, model) -> None:
+    """The clips that were not trained on, one after another, evaluated in a browser."""
+    from ..clip import Markers
+    from ..detail.drive import drive_by_markers
+    from ..experiments.detail_stage import RATE
+    from ..viewer.detail_page import write_detail_page
+
+    positions = np.concatenate([clip.markers for clip in stage.unseen.clips])
+    take = Markers(positions, model.labels, RATE)
+    write_detail_page(folder, model, drive_by_markers(model, take), RATE)
 
 
 def _with_order(config, order: int):

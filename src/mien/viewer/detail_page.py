@@ -1,4 +1,4 @@
-"""A page that evaluates both displacement maps on the GPU and plays a take (plain WebGL 2)."""
+"""A page that evaluates both displacement maps, and the reflectance, on the GPU and plays a take."""
 
 import base64
 import json
@@ -23,11 +23,12 @@ MODES = 24
 """Most modes of the base motion that a page carries."""
 CLOSE_MM = 0.02
 """The modes reach the thin shell to this rms."""
-STATIC = ("index.html", "detail.js")
+STATIC = {"detail.html": "index.html", "studio.js": "studio.js", "studio.LICENSE": "studio.LICENSE"}
+"""What ships with the package, and its name beside the page's data: the one script of all pages."""
 
 
 def write_detail_page(folder: str | Path, model: DetailModel, drive: Drive, rate: float) -> int:
-    """`index.html`, `detail.js` and `data.js` with the take: open `index.html`, no server is needed.
+    """`index.html`, the pages' script and `data.js` with the take: open `index.html`, no server is needed.
 
     The base motion is given as modes (its principal components over the take); d1 and d2 as the quadratic forms of
     `ParameterField`. Returns the number of modes.
@@ -36,15 +37,15 @@ def write_detail_page(folder: str | Path, model: DetailModel, drive: Drive, rate
         BadInput: maps that are not biquadratic, or a take without frames.
     """
     folder = Path(folder)
-    orders = [m.polynomial.order for m in (model.medium, model.fine) if m is not None]
+    orders = [m.polynomial.order for m in (model.medium, model.fine, model.reflectance) if m is not None]
     if set(orders) != {QUADRATIC}:
         raise BadInput("detail page: its shader evaluates biquadratic maps; fit with order 2")
     if not len(drive.positions):
         raise BadInput("detail page: the take has no frames")
     folder.mkdir(parents=True, exist_ok=True)
     data = page_data(model, drive, rate)
-    for name in STATIC:
-        text = files("mien.viewer").joinpath("static", name).read_text(encoding="utf-8")
+    for shipped, name in STATIC.items():
+        text = files("mien.viewer").joinpath("static", shipped).read_text(encoding="utf-8")
         with whole(folder / name) as temporary:
             temporary.write_text(text, encoding="utf-8")
     with whole(folder / "data.js") as temporary:
@@ -77,6 +78,7 @@ def page_data(model: DetailModel, drive: Drive, rate: float) -> dict:
         "coefficients": _packed(_in_rows(medium.transpose(1, 0, 2), rows)),
         "fine": _map_texture(fine, 0 if model.fine else None), "fine_size": fine.texels.size,
         "medium": _map_texture(model.medium, 2), "medium_size": model.medium.texels.size,
+        "reflectance": None if model.reflectance is None else _color_texture(model.reflectance),
     }  # fmt: skip
 
 
@@ -109,6 +111,12 @@ def _map_texture(detail: DetailMap, channel: int | None) -> str:
         read = detail.polynomial.coefficients[:, :, channel] if np.isnan(read).all() else read
         planes = with_gutter(detail.texels.image(read)).astype(np.float16)
     return _packed(np.concatenate([planes[..., :4].ravel(), planes[..., 4:].ravel()]), np.float16)
+
+
+def _color_texture(reflectance: DetailMap) -> str:
+    """Six layers of red, green and blue coefficients, 16-bit."""
+    image = with_gutter(reflectance.texels.image(reflectance.polynomial.coefficients))
+    return _packed(image.transpose(2, 0, 1, 3), np.float16)
 
 
 def _packed(values: np.ndarray, kind: type = np.float32) -> str:
