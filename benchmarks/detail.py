@@ -87,7 +87,8 @@ def reflectance(stage: DetailStage, staged: DetailStageConfig, config: DetailCon
 def placement(stage: DetailStage, config: DetailConfig) -> None:
     """Held-out error under markers that were glued elsewhere, and under more or fewer of them."""
     print("placement: mean error of the held-out clips, mm (shell alone, with maps)")
-    for name, shell, full in placement_errors(stage, config):
+    model = fit_detail(stage.training, config)
+    for name, shell, full in placement_errors(stage, model, config.base):
         print(f"  {name:24} {shell:8.4f} {full:8.4f}", flush=True)
 
 

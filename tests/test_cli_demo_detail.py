@@ -31,9 +31,10 @@ def test_every_figure_is_drawn_and_stands_in_the_report(subject, tmp_path, monke
     figures = draw_figures(stage, models)
     assert set(figures) == set(CAPTIONS)
     assert all(np.ptp(picture) > 50 for picture in figures.values())
-    errors = report(tmp_path, stage, models, figures)
+    errors = report(tmp_path, stage, models, figures, {"60 other markers": [0.2, 0.1]})
     assert [row[0] for row in errors] == ["happy", "anger", "asymmetric", "speech"]
     page = (tmp_path / "report.html").read_text()
     assert all(f"Figure {number}" in page for number in "345678")
     assert "Reflectance" in page
+    assert "60 other markers" in page
     assert (tmp_path / "figure_8.png").is_file()

@@ -22,6 +22,7 @@ def demo_detail(folder: Path, seed: int, markers: int) -> None:
     from ..detail.fit import DetailConfig, fit_detail
     from ..detail.reflectance import ReflectanceConfig
     from ..experiments.detail_stage import DetailStageConfig, detail_stage, kept_in_memory
+    from ..experiments.detail_study import placement_errors
     from .bar import bar
 
     config = DetailConfig(medium_size=SIZE, fine_size=2 * SIZE)
@@ -41,7 +42,8 @@ def demo_detail(folder: Path, seed: int, markers: int) -> None:
         write_detail(folder / "maps", models["biquadratic"], half=True)
         play_unseen(folder / "page", stage, models["biquadratic"])
         figures = draw_figures(stage, models)
-        errors = report(folder, stage, models, figures)
+        placed = {name: shown for name, *shown in placement_errors(stage, models["biquadratic"])}
+        errors = report(folder, stage, models, figures, placed)
     for row in errors:
         print(f"{row[0]:12}", *(f"{value:8.4f}" for value in row[1:]))
     print(f"{folder}/: maps/  page/index.html  figure_3.png to figure_8.png  report.html")
@@ -102,14 +104,15 @@ def _cheek(vertices: np.ndarray) -> int:
     return int((away**2).sum(axis=1).argmin())
 
 
-def report(folder: Path, stage, models, figures) -> list[list]:
-    """Figures as files, `report.html`, and the table of errors."""
+def report(folder: Path, stage, models, figures, placed: dict[str, list[float]]) -> list[list]:
+    """Figures as files, `report.html`, and the table of errors; `placed`: those of markers elsewhere, mm."""
     from ..experiments.detail_stage import detail_errors
     from ..pictures import write_png
+    from ..pictures.plot import bar_chart
     from ..reports.page import Report
 
     page = Report("Detail from markers", "Displacement maps that are polynomials of the deformation (Ma et al. 2008).")
-    errors = []
+    errors, markers = [], len(stage.training.labels)
     for part in (stage.training, stage.unseen):
         for name, e in detail_errors(models["biquadratic"], part).items():
             errors.append([name, e.frozen, e.shell, e.medium, e.full])
@@ -125,6 +128,8 @@ def report(folder: Path, stage, models, figures) -> list[list]:
     page.heading("Residual of the medium map on its training, mm").table(
         [["ours", *left], ["paper", *PAPER["medium"]]], ("", *ORDERS)
     )
+    chart = bar_chart(placed, ("shell alone", "with both maps"), "mm from the true skin")
+    page.heading("Markers elsewhere").chart(chart, f"Clips not trained on, under maps of {markers} markers.")
     for number, (title, caption) in CAPTIONS.items():
         write_png(folder / f"figure_{number}.png", figures[number])
         page.heading(f"Figure {number}: {title}" if number.isdigit() else title).figure(figures[number], caption)

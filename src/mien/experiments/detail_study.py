@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..detail.base_mesh import BaseConfig, base_mesh
-from ..detail.fit import DetailConfig, DetailModel, fit_detail
+from ..detail.fit import DetailConfig, DetailModel
 from ..detail.sampling import interpolated
 from ..detail.training import Clip, TrainingSet, aligned_frames
 from ..detail.transfer.markers_elsewhere import placed_at
@@ -26,15 +26,20 @@ STANDOFF_MM, JITTER_MM = 2.0, 0.02
 """Of the markers, as in `DetailStageConfig`."""
 
 
-def placement_errors(stage: DetailStage, config: DetailConfig) -> Iterator[tuple[str, float, float]]:
-    """Name, shell's and full error over the held-out clips, mm, for markers shifted or of another number."""
-    model = fit_detail(stage.training, config)
-    yield "as trained", *_mean_errors(model, stage.unseen, config.base)
+def placement_errors(
+    stage: DetailStage, model: DetailModel, base: BaseConfig = BaseConfig()
+) -> Iterator[tuple[str, float, float]]:
+    """Name, shell's and full error over the held-out clips, mm, for markers shifted or of another number.
+
+    Args:
+        model: fitted to the stage's training clips, on a mesh by `base`.
+    """
+    yield "as trained", *_mean_errors(model, stage.unseen, base)
     rng = np.random.default_rng(1)
     for shift in SHIFTS_MM[1:]:
-        yield f"shifted by {shift:g} mm", *_mean_errors(model, _glued(stage, model, rng, shift, None), config.base)
+        yield f"shifted by {shift:g} mm", *_mean_errors(model, _glued(stage, model, rng, shift, None), base)
     for count in COUNTS:
-        yield f"{count} other markers", *_mean_errors(model, _glued(stage, model, rng, 0.0, count), config.base)
+        yield f"{count} other markers", *_mean_errors(model, _glued(stage, model, rng, 0.0, count), base)
 
 
 def _glued(stage: DetailStage, model: DetailModel, rng, shift: float, count: int | None) -> TrainingSet:
