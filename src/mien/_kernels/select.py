@@ -23,7 +23,9 @@ TOLERANCE = 1e-12
 def restate_frames(first, last, gram, linear, weights, slack, free, swept):
     """Solve frames `first` to `last` from the weights they have; in place."""
     k = gram.shape[0]
-    lower, upper, down, step = np.zeros(k), np.full(k, np.inf), np.empty(k), np.empty(k)
+    lower, upper, down, step = np.zeros(k), np.empty(k), np.empty(k), np.empty(k)
+    for i in range(k):
+        upper[i] = np.inf
     for t in range(first, last):
         for i in range(k):
             free[t, i] = weights[t, i] > 0
@@ -195,19 +197,53 @@ def first_look(products, heights, own, apart, order, errors, slack, free, swept,
 
 @no_type_check
 @nb.njit(cache=True, nogil=True, error_model="numpy")
+def sink(keys, heap, at, size):
+    """Let entry `at` of a heap of places in `keys`, the largest first, down to where it belongs."""
+    moved = heap[at]
+    child = 2 * at + 1
+    while child < size:
+        if child + 1 < size and keys[heap[child + 1]] > keys[heap[child]]:
+            child += 1
+        if keys[heap[child]] <= keys[moved]:
+            break
+        heap[at] = heap[child]
+        at, child = child, 2 * child + 1
+    heap[at] = moved
+
+
+@no_type_check
+@nb.njit(cache=True, nogil=True, error_model="numpy")
+def heap_of(keys, heap):
+    """Fill `heap` with the places of the positive `keys`, the largest first; how many they are."""
+    size = 0
+    for t in range(keys.size):
+        if keys[t] > 0.0:
+            heap[size] = t
+            size += 1
+    for at in range(size // 2 - 1, -1, -1):
+        sink(keys, heap, at, size)
+    return size
+
+
+@no_type_check
+@nb.njit(cache=True, nogil=True, error_model="numpy")
 def weigh_block(products, heights, own, apart, order, errors, scale, gram, weights, slack, free, swept, best, total):
     """Fill total (c,), the gains of one block of candidates; -1 where a bound shows that `best` is not reached."""
     k, count = gram.shape[0], len(products)
     left = np.zeros(products.shape)
     first_look(products, heights, own, apart, order, errors, slack, free, swept, best, total, left)
     whole, tableau, vectors = np.empty((k + 1, k + 1)), np.empty((k + 1, k + 1)), np.zeros((5, k + 1))
-    vectors[1] += np.inf
-    loose, column = np.empty(k + 1, np.bool_), np.empty(k)
+    for i in range(k + 1):
+        vectors[1, i] = np.inf
+    loose, column, heap = np.empty(k + 1, np.bool_), np.empty(k), np.empty(left.shape[1], np.int64)
     for c in range(count):
         border(gram, heights[c], own[c], whole)
-        for t in np.argsort(-left[c]):
-            if total[c] < best or left[c, t] == 0.0:
-                break
+        size = heap_of(left[c], heap) if total[c] >= best else 0
+        while size > 0 and total[c] >= best:
+            t = heap[0]
+            size -= 1
+            heap[0] = heap[size]
+            sink(left[c], heap, 0, size)
             total[c] -= left[c, t]
             total[c] += full_gain(
                 products[c, t], heights[c], own[c], scale, weights[t], slack[t], swept[t], free[t],

@@ -56,8 +56,10 @@ def turned(rotation, translation, motion, centre):
     b = (1 - np.cos(angle)) / angle**2 if angle > 1e-8 else 0.5
     R, t = np.empty((3, 3)), np.empty(3)
     v = np.empty((4, 3))
-    v[:3] = rotation.T
-    v[3] = translation - centre
+    for i in range(3):
+        for j in range(3):
+            v[j, i] = rotation[i, j]
+        v[3, i] = translation[i] - centre[i]
     x, y, z = motion[0], motion[1], motion[2]
     for i in range(4):
         p, q, r = v[i, 0], v[i, 1], v[i, 2]

@@ -95,7 +95,8 @@ def plane_system(order, columns, values, k, rotation, points, found, plane, weig
         while n < w and columns[b, n] >= 0:
             places[n] = columns[b, n]
             n += 1
-        places[n : n + 8] = np.arange(k, k + 8)
+        for p in range(8):
+            places[n + p] = k + p
         before = kept
         pose = rows[n : n + 8]
         pose[:] = 0
