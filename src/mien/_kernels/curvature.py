@@ -40,6 +40,13 @@ def _solve(A, b):
 
 
 @no_type_check
+@njit(inline="always")
+def _between(vertices, i, j):
+    """From vertex i to vertex j."""
+    return vertices[j, 0] - vertices[i, 0], vertices[j, 1] - vertices[i, 1], vertices[j, 2] - vertices[i, 2]
+
+
+@no_type_check
 @njit(**_COMPILE)
 def _gather(centre, radius, vertices, starts, neighbours, seen, found):
     """Vertices joined to `centre` by edges inside the ball, into found[1:]; marks them with `centre` in `seen`."""
@@ -51,8 +58,8 @@ def _gather(centre, radius, vertices, starts, neighbours, seen, found):
                 j = neighbours[at]
                 if seen[j] == centre or count == len(found):
                     continue
-                d = vertices[j] - vertices[centre]
-                if d[0] * d[0] + d[1] * d[1] + d[2] * d[2] <= radius * radius or count <= LEAST:
+                x, y, z = _between(vertices, centre, j)
+                if x * x + y * y + z * z <= radius * radius or count <= LEAST:
                     seen[j], found[count] = centre, j
                     count += 1
         first, last = last, count
@@ -63,20 +70,23 @@ def _gather(centre, radius, vertices, starts, neighbours, seen, found):
 @njit(**_COMPILE)
 def _fit(centre, found, vertices, normal, A, b, row):
     """Mean curvature at the centre of a height field over the normal's plane; 0 where there is no fit."""
-    lean = np.array([1.0, 0.0, 0.0]) if abs(normal[0]) < 0.6 else np.array([0.0, 1.0, 0.0])
-    ex = np.cross(lean, normal)
-    ex /= np.sqrt((ex * ex).sum())
-    ey = np.cross(normal, ex)
+    nx, ny, nz = normal[0], normal[1], normal[2]
+    ex, ey, ez = (0.0, -nz, ny) if abs(nx) < 0.6 else (nz, 0.0, -nx)  # across the normal and the x or y axis
+    length = np.sqrt(ex * ex + ey * ey + ez * ez)
+    ex, ey, ez = ex / length, ey / length, ez / length
+    fx, fy, fz = ny * ez - nz * ey, nz * ex - nx * ez, nx * ey - ny * ex
     size = 0.0
     for j in found:
-        d = vertices[j] - vertices[centre]
-        size = max(size, np.sqrt((d * d).sum()))
+        x, y, z = _between(vertices, centre, j)
+        size = max(size, np.sqrt(x * x + y * y + z * z))
     if size == 0.0:
         return 0.0
     A[:], b[:] = 0.0, 0.0
     for j in found:
-        d = (vertices[j] - vertices[centre]) / size
-        x, y, z = (d * ex).sum(), (d * ey).sum(), (d * normal).sum()
+        dx, dy, dz = _between(vertices, centre, j)
+        x = (dx * ex + dy * ey + dz * ez) / size
+        y = (dx * fx + dy * fy + dz * fz) / size
+        z = (dx * nx + dy * ny + dz * nz) / size
         row[0], row[1], row[2], row[3], row[4], row[5] = 1.0, x, y, x * x / 2, x * y, y * y / 2
         for p in range(6):
             b[p] += row[p] * z

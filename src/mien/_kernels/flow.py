@@ -13,12 +13,16 @@ from typing import no_type_check
 import numpy as np
 from numba import njit, prange
 
+from ._spread import spread
+
 NIL, ONE, TWO, THREE, HALF, SIXTH, TWO_THIRDS, THREE_HALVES = np.array(
     [0, 1, 2, 3, 1 / 2, 1 / 6, 2 / 3, 3 / 2], np.float32
 )
 """Constants of 32 bits: a plain 1 would turn the arithmetic around it into 64."""
 LIMIT = np.float32(0.5)
 """Largest slope of the flow that turns a gradient: steeper ones are edges of the motion."""
+ALONE = 1 << 15
+"""Pixels below which one thread is done before others have started."""
 _COMPILE = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz", "arcp"}}
 
 
@@ -66,8 +70,6 @@ def _mix(weights, a, b, c, d):
     return weights[0] * a + weights[1] * b + weights[2] * c + weights[3] * d
 
 
-@no_type_check
-@njit(parallel=True, **_COMPILE)
 def linearise(coefficients, weight, u, v, ou, ov, parity, reference, scales, share, turn, fields, inside):
     """The constancies of one half linearised round a flow: image (x + u, y + v) less reference (x, y), and derivatives.
 
@@ -79,10 +81,21 @@ def linearise(coefficients, weight, u, v, ou, ov, parity, reference, scales, sha
     the gradient of the warped image is. Fills fields (c, 8, h, half) with the differences of value, d/dx, d/dy, then
     with d/dx, d/dy, d2/dx2, d2/dxdy, d2/dy2, all scaled; inside (h, half) with the bilinear weight, 0 off the image.
     """
+    given = coefficients, weight, u, v, ou, ov, parity, reference, scales, share, turn, fields, inside
+    threads = 1 if weight.size < ALONE else 0
+    spread(lambda first, last: _linearise_rows(first, last, *given), len(weight), threads)
+
+
+@no_type_check
+@njit(**_COMPILE)
+def _linearise_rows(
+    first, last, coefficients, weight, u, v, ou, ov, parity, reference, scales, share, turn, fields, inside
+):
+    """`linearise` in rows `first` to `last`."""
     h, w = weight.shape
     stride = np.uint32(w + 3)
     keep, limit = ONE - share, LIMIT if turn else NIL
-    for y in prange(h):
+    for y in range(first, last):
         l = (y + parity) & 1
         half = HALF if 0 < y < h - 1 else ONE
         for i in range(inside.shape[1]):
