@@ -91,13 +91,12 @@ def plane_system(order, columns, values, k, rotation, points, found, plane, weig
     cx, cy, cz, s = np.float32(centre[0]), np.float32(centre[1]), np.float32(centre[2]), np.float32(1 / scale)
     one, turn, away, kept, covered = np.float32(1), np.float32(1 / lever), 0.0, 0, 0.0
     for b in range(order.shape[0]):
-        n = 0
+        n, before = 0, kept
         while n < w and columns[b, n] >= 0:
             places[n] = columns[b, n]
             n += 1
         for p in range(8):
             places[n + p] = k + p
-        before = kept
         pose = rows[n : n + 8]
         pose[:] = 0
         for j in range(BLOCK):
