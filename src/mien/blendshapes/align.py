@@ -7,9 +7,10 @@ from jaxtyping import Bool, Float, Int
 
 from ..errors import BadInput
 from ..mesh import SurfaceImage
-from ..register import procrustes
+from ..register import procrustes_robust
 from ..register.correspond import Rejection, Surface
-from ..transforms import Transform, rotation_from_vector, skew
+from ..register.rigid_icp import closest_point_rounds, plane_system, point_system
+from ..transforms import Transform
 from .correspond.landmarks import MapLandmarks
 from .correspond.occlusion import polygon
 from .cylinder_map import CylinderMap, mesh_of_map, outermost_first
@@ -93,8 +94,10 @@ def laid_on(
     config: HeadAlignConfig = HeadAlignConfig(),
 ) -> tuple[Transform, float]:
     """Rigid ICP, point to plane, with landmarks (source, neutral) that hold what slides; and the rms distance, mm."""
-    rule, off = Rejection(config.reach_mm, 180.0), np.zeros(1)
-    for _ in range(config.iterations):
+    rule = Rejection(config.reach_mm, 180.0)
+
+    def one_round(now: tuple[Transform, float]) -> tuple[tuple[Transform, float], bool]:
+        T, _ = now
         moved, marks = T.apply(points), T.apply(pairs[0])
         found = surface.correspond(moved, None, rule)
         off = ((found.points - moved) * found.normals).sum(1)
@@ -102,24 +105,12 @@ def laid_on(
         away = pairs[1] - marks
         hold = 1 / (1 + ((away**2).sum(1) / OFF_MARK_MM**2)) ** 2
         hold = hold * config.landmark_share * weight.sum() / max(hold.sum(), 1e-9)
-        step = _step(moved, found.normals, off, weight, marks, away, hold)
-        T = step @ T
-        if np.abs(step.apply(moved) - moved).max() < SETTLED_MM:
-            break
-    return T, float(np.sqrt(np.average(off**2, weights=weight + 1e-12)))
+        system = plane_system(moved, found.normals, off, weight)
+        step, _ = (system + point_system(marks, away, hold, system.centre)).solve()
+        rms = float(np.sqrt(np.average(off**2, weights=weight + 1e-12)))
+        return (step @ T, rms), bool(np.abs(step.apply(moved) - moved).max() < SETTLED_MM)
 
-
-def _step(moved, normals, off, weight, marks, away, hold) -> Transform:
-    """The small turn and shift that bring points nearest to their planes and landmarks to their places."""
-    centre = np.average(moved, axis=0, weights=weight + 1e-12)
-    plane = np.concatenate([np.cross(moved - centre, normals), normals], axis=1)
-    turn = -skew(marks - centre)
-    rows = np.concatenate([turn, np.broadcast_to(np.eye(3), turn.shape)], axis=2)
-    A = plane.T @ (weight[:, None] * plane) + np.einsum("k,kdi,kdj->ij", hold, rows, rows)
-    b = plane.T @ (weight * off) + np.einsum("k,kdi,kd->i", hold, rows, away)
-    x = np.linalg.lstsq(A, b, rcond=1e-10)[0]
-    R = rotation_from_vector(x[:3])
-    return Transform(R, x[3:] + centre - R @ centre)
+    return closest_point_rounds((T, 0.0), one_round, config.iterations).state
 
 
 def stabilised(
@@ -138,13 +129,8 @@ def stabilised(
     use = np.isfinite(found[:, 0]) & (share > 0)
     if use.sum() < 3:
         return Transform.identity()
-    source, target, weights = found[use], neutral[use], share[use]
-    T = Transform.identity()
-    for scale in (*np.geomspace(3.0, STILL_MM, 8), *[STILL_MM] * 4):
-        T = procrustes(source, target, weights).transform
-        off = np.linalg.norm(T.apply(source) - target, axis=1)
-        weights = share[use] / (1 + (off / scale) ** 2) ** 2
-    return T
+    scales = (*np.geomspace(3.0, STILL_MM, 8), *[STILL_MM] * 4)
+    return procrustes_robust(found[use], neutral[use], scales, share[use]).transform
 
 
 def steady_landmarks(source: MapLandmarks, neutral: MapLandmarks) -> Int[np.ndarray, " k"]:
@@ -162,13 +148,7 @@ def by_landmarks(source: MapLandmarks, neutral: MapLandmarks, name: str) -> Tran
     ids = steady_landmarks(source, neutral)
     if len(ids) < 6:
         raise BadInput(f"{name}: eyes and forehead are not found in it; it cannot be laid on the neutral")
-    weights = np.ones(len(ids))
-    T = Transform.identity()
-    for _ in range(5):
-        T = procrustes(source.points[ids], neutral.points[ids], weights).transform
-        off = np.linalg.norm(T.apply(source.points[ids]) - neutral.points[ids], axis=1)
-        weights = 1 / (1 + (off / 2.0) ** 2) ** 2
-    return T
+    return procrustes_robust(source.points[ids], neutral.points[ids], [OFF_MARK_MM] * 5).transform
 
 
 def forehead(map_: CylinderMap, landmarks: MapLandmarks, bridge: bool = True) -> Bool[np.ndarray, "h w"]:

@@ -10,7 +10,7 @@ from ..blendshapes.cylinder_map import CylinderMap
 from ..faces.bundled import load_face
 from ..mesh import Attachment, ClosestPoint, Mesh, face_areas
 from ..register.correspond import Rejection
-from ..register.rigid import IcpConfig, icp
+from ..register.rigid_icp import IcpConfig, icp
 from ..stage import Performer, Skin
 from ..transforms import Transform
 

@@ -2,7 +2,8 @@
 
 from .correspond import Correspondences, Rejection, Surface
 from .nonrigid import Anchors, NonrigidConfig, NonrigidResult, Template, register_surface
-from .rigid import IcpConfig, IcpResult, ProcrustesResult, icp, procrustes, procrustes_frames
+from .rigid import ProcrustesResult, procrustes, procrustes_frames, procrustes_robust
+from .rigid_icp import IcpConfig, IcpResult, icp
 
 __all__ = [
     "Anchors",
@@ -18,5 +19,6 @@ __all__ = [
     "icp",
     "procrustes",
     "procrustes_frames",
+    "procrustes_robust",
     "register_surface",
 ]

@@ -7,7 +7,11 @@ from jaxtyping import Float
 
 from ..mesh import ClosestPoint
 from ..transforms import Transform, rotation_from_vector
-from . import procrustes, procrustes_frames
+from .rigid import procrustes, procrustes_frames
+from .rigid_icp import closest_point_rounds
+
+SETTLED_MM = 0.05
+"""A round that moves no marker by more ends them."""
 
 
 @dataclass(frozen=True)
@@ -91,20 +95,19 @@ def _begin(cloud: np.ndarray, surface: ClosestPoint, config: AlignConfig) -> lis
 
 def _follow(cloud: np.ndarray, surface: ClosestPoint, T: Transform, iterations: int, config: AlignConfig) -> Alignment:
     few = max(4, round(config.keep * len(cloud)))
-    distances = np.zeros(len(cloud))
-    for _ in range(iterations):
+
+    def one_round(now: tuple[Transform, np.ndarray]) -> tuple[tuple[Transform, np.ndarray], bool]:
+        T, _ = now
         moved = T.apply(cloud)
         closest = surface.query(moved)
-        distances = closest.distances
-        pull = (distances <= np.partition(distances, few - 1)[few - 1]).astype(float)
+        pull = (closest.distances <= np.partition(closest.distances, few - 1)[few - 1]).astype(float)
         T_new = procrustes(cloud, closest.points, pull, scale=True).transform
         size = float(np.clip(T_new.scale, 1 - config.scale_range, 1 + config.scale_range))
         if size != T_new.scale:
             scaled = procrustes(size * cloud, closest.points, pull).transform
             T_new = Transform(scaled.rotation, scaled.translation, size)
-        step = np.abs(T_new.apply(cloud) - moved).max()
-        T = T_new
-        if step < 0.05:
-            break
+        return (T_new, closest.distances), bool(np.abs(T_new.apply(cloud) - moved).max() < SETTLED_MM)
+
+    T, distances = closest_point_rounds((T, np.zeros(len(cloud))), one_round, iterations).state
     kept = np.sort(distances)[:few]
     return Alignment(T, float(np.sqrt((kept**2).mean())) / T.scale)

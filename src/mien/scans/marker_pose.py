@@ -15,15 +15,14 @@ from ..mesh import ClosestPoint, Mesh
 from ..mesh.cluster import clustered
 from ..register import Correspondences, Rejection, Surface
 from ..register.align import AlignConfig, align
-from ..transforms import Transform, rotation_from_vector
+from ..register.rigid_icp import closest_point_rounds, plane_system
+from ..transforms import Transform
 from .left_out import LeftOut
 
 ROBUST_SIGMA = 1.4826
 """A normal distribution's standard deviation, in median absolute deviations."""
-FREE = 1e-9
-"""Ridge of the rigid step, a marker: below anything that a marker says."""
-SETTLED = 1e-4
-"""A step of less than this, in radians and mm, ends the rounds."""
+SETTLED_MM = 1e-4
+"""A round that moves no marker by more ends them."""
 DISTINCT_MM = 15.0
 """Starts that bring the markers as near as this, in the mean, are one."""
 
@@ -73,18 +72,18 @@ def rigid_fit(
     rise: bool = False,
 ) -> MarkerPose:
     """Eq. 5 by point-to-plane ICP from `start` (T_scan_head); with `rise` a common height above the skin too."""
-    T, more, free = start, 0.0, 6 + rise
-    for _ in range(config.rounds):
+    above = -np.ones((len(markers), 1)) if rise else None
+
+    def one_round(now: tuple[Transform, float]) -> tuple[tuple[Transform, float], bool]:
+        T, more = now
         x = T.apply(markers)
         pairs = marker_pairs(x, surface, standoff + more, config)
-        columns = [np.cross(x - T.translation, pairs.normals), pairs.normals, -np.ones(len(x))]
-        J = np.column_stack(columns)[:, :free]
-        A = J.T @ (pairs.weights[:, None] * J) + FREE * len(x) * np.eye(free)
-        step = -np.linalg.solve(A, J.T @ (pairs.weights * pairs.heights))
-        T = Transform(rotation_from_vector(step[:3]) @ T.rotation, T.translation + step[3:6])
-        more = float(np.clip(more + step[6:].sum(), 0.0, config.standoff_most))
-        if np.abs(step).max() < SETTLED:
-            break
+        step, higher = plane_system(x, pairs.normals, -pairs.heights, pairs.weights, above).solve()
+        more = float(np.clip(more + higher.sum(), 0.0, config.standoff_most))
+        still = np.abs(step.apply(x) - x).max() < SETTLED_MM and np.abs(higher).max(initial=0.0) < SETTLED_MM
+        return (step @ T, more), bool(still)
+
+    T, more = closest_point_rounds((start, 0.0), one_round, config.rounds).state
     return MarkerPose(T, more, misfit(T.apply(markers), surface, standoff + more, config))
 
 

@@ -9,7 +9,7 @@ from ..errors import BadInput
 from ..landmarks.detector import Landmarks2D
 from ..landmarks.in_depth import lifted
 from ..landmarks.on_rig import IRISES
-from ..register.rigid import procrustes
+from ..register import procrustes, procrustes_robust
 from ..transforms import Transform
 from .model import TrackingModel
 from .rigid import LEVER, moved
@@ -65,13 +65,7 @@ def detect(model: TrackingModel, frame: RGBDFrame, landmarks: Landmarks2D, camer
     ids = np.flatnonzero(model.landmarks.known & np.isfinite(seen[:, 2]))
     if len(ids) < ENOUGH_LANDMARKS:
         return T_camera_face
-    neutral, points = model.landmark_neutral[ids], seen[ids]
-    weights = np.ones(len(ids))
-    for _ in range(ROUNDS_IN_DEPTH):
-        T_camera_face = procrustes(neutral, points, weights).transform
-        away = np.linalg.norm(T_camera_face.apply(neutral) - points, axis=1)
-        weights = 1 / (1 + (away / STRAY_MM) ** 2) ** 2
-    return T_camera_face
+    return procrustes_robust(model.landmark_neutral[ids], seen[ids], [STRAY_MM] * ROUNDS_IN_DEPTH).transform
 
 
 def check_size(model: TrackingModel, seen: Float[np.ndarray, "478 3"]) -> None:

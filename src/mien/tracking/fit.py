@@ -15,11 +15,12 @@ import numpy as np
 from jaxtyping import Float, Float32
 
 from .._kernels import icp, track, track_fit
+from ..register.rigid_icp import pose_step
 from ..transforms import Transform
 from .model import POINTS, TrackingModel
 from .preprocess_frame import FrameObservation
 from .reproject_weights import box_solve
-from .rigid import LEVER, DepthCorrespondences, RigidConfig, correspond, moved, pose_step
+from .rigid import LEVER, DepthCorrespondences, RigidConfig, correspond, moved
 from .terms.features import feature_rows, normal_equations
 from .terms.fit_config import BlendshapeFitConfig
 from .terms.photometric import PhotometricConfig, Reference, photometric_match

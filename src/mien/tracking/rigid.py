@@ -1,19 +1,17 @@
 """Rigid head motion by projective point-to-plane ICP (Li et al. 2013, sec. 4.1; Rusinkiewicz and Levoy 2001)."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float, Float32, Int
 
 from .._kernels import icp, track
+from ..register.rigid_icp import closest_point_rounds, pose_step
 from ..transforms import Transform, vector_from_rotation
 from .preprocess_frame import FrameObservation
 
 LEVER = 100.0
 """Millimetres: turns are counted in 1/100 radian, so that they and shifts are about as large."""
-
-REGULAR = 1e-9
-"""Part of its trace added to a pose's system: depth of a plane alone leaves three of six directions open."""
 
 
 @dataclass(frozen=True)
@@ -93,28 +91,24 @@ def align(
     config: RigidConfig = RigidConfig(),
 ) -> RigidResult:
     """Move the model of the last frame, as it is, onto this frame's depth."""
-    error, covered, done = np.inf, 0.0, 0
     normals = track.vertex_normals(vertices, faces)
-    for _ in range(config.iterations):
-        done += 1
-        match = correspond(vertices, normals, T_camera_face, observation, config)
+
+    def one_round(now: RigidResult) -> tuple[RigidResult, bool]:
+        match = correspond(vertices, normals, now.T_camera_face, observation, config)
         covered = float(share[match.weight > 0].sum())
         if covered < config.least:
-            break
+            return replace(now, covered=covered), True
         centre = match.points.mean(0, dtype=np.float64)
         A, b, error, _ = icp.rigid_system(
             match.points, match.found, match.plane, match.weight * share, centre, config.robust_scale_mm
         )
-        T_camera_face = moved(T_camera_face, pose_step(A, b), centre)
-        if error < config.enough:
-            break
-    converged = error < config.enough and covered >= config.least
-    return RigidResult(T_camera_face, error, covered, converged, done)
+        T = moved(now.T_camera_face, pose_step(A, b), centre)
+        return replace(now, T_camera_face=T, error=error, covered=covered), error < config.enough
 
-
-def pose_step(A: Float[np.ndarray, "6 6"], b: Float[np.ndarray, " 6"]) -> Float[np.ndarray, " 6"]:
-    """The small turn (radians) and shift (mm) that solve a rigid system."""
-    return np.linalg.solve(A + REGULAR * np.trace(A) * np.eye(6), b)
+    begun = RigidResult(T_camera_face, np.inf, 0.0, False, 0)
+    walked = closest_point_rounds(begun, one_round, config.iterations)
+    near = walked.settled and walked.state.covered >= config.least
+    return replace(walked.state, converged=near, iterations=walked.done)
 
 
 def moved(T_camera_face: Transform, motion: Float[np.ndarray, " 6"], centre: Float[np.ndarray, " 3"]) -> Transform:

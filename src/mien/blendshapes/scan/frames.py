@@ -15,9 +15,9 @@ from ...landmarks.look import similarity_to_average
 from ...landmarks.stream import Landmarker, with_landmarks
 from ...mesh import ClosestPoint, Mesh
 from ...progress import SILENT, Progress
-from ...register import procrustes
+from ...register import procrustes_robust
 from ...register.correspond import Rejection
-from ...register.rigid import IcpConfig, icp
+from ...register.rigid_icp import IcpConfig, icp
 from ...rgbd import RgbdTake
 from ...transforms import Transform
 
@@ -25,6 +25,8 @@ SIZES = (0.6, 1.6)
 """A face so many times smaller or larger than the average one is depth in another unit."""
 FACE_MM = 130.0
 """Depth farther than this from the middle of the landmarks is not the head."""
+OFF_MARK_MM = 3.0
+"""A landmark so far off its place counts a quarter."""
 EDGE_MM = 6.0
 """Neighbouring depth pixels farther apart along the line of sight are two surfaces."""
 
@@ -115,13 +117,9 @@ def reference_frame(seen: list[SeenFrame], name: str) -> tuple[int, Transform]:
 def place_by_landmarks(one: SeenFrame, reference: SeenFrame, T_face_reference: Transform) -> tuple[Transform, float]:
     """T_face_camera of a frame by its landmarks, and how far they moved in the head, rms mm."""
     known = np.isfinite(one.landmarks[:, 0]) & np.isfinite(reference.landmarks[:, 0])
-    goal, weights = T_face_reference.apply(reference.landmarks), known.astype(float)
-    T_face_camera = Transform.identity()
-    for _ in range(5):
-        T_face_camera = procrustes(one.landmarks, goal, weights).transform
-        away = np.linalg.norm(T_face_camera.apply(np.nan_to_num(one.landmarks)) - np.nan_to_num(goal), axis=1)
-        weights = known / (1 + (away / 3.0) ** 2) ** 2
-    return T_face_camera, float(np.sqrt(np.median(away[known] ** 2)))
+    goal = T_face_reference.apply(reference.landmarks)
+    found = procrustes_robust(one.landmarks, goal, [OFF_MARK_MM] * 5, known.astype(float))
+    return found.transform, float(np.sqrt(np.median(found.residuals[known] ** 2)))
 
 
 def place_by_surface(
