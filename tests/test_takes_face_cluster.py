@@ -94,6 +94,14 @@ def test_a_body_without_a_face_is_refused():
         find_face(take({"b": body()}))
 
 
+@pytest.mark.parametrize("unit_mm", [10.0, 12.0])
+def test_a_body_in_another_unit_is_no_face_though_it_has_its_size(unit_mm):
+    """172 cm and 172 mm are one number: limbs swing, faces do not."""
+    people = np.concatenate([body(), body() + np.array([60, 40, 30])], axis=1) / unit_mm
+    with pytest.raises(BadInput, match=r"a quarter of its 24 markers usually lie .* % of its size or more"):
+        find_face(take({"b": people}))
+
+
 def test_a_rate_that_is_none_is_refused():
     with pytest.raises(BadInput, match="rate"):
         find_face(replace(take({"f": face()}), rate=float("nan")))
