@@ -40,6 +40,8 @@ def test_what_is_no_number_is_refused_by_the_option_s_name(verb):
     for name, whole in numeric(verb):
         flag = flag_name(name)
         assert flag in refusal(verb, flag, "1.5" if whole else "nan")
+        if JOIN not in name and not whole:
+            assert flag in refusal(verb, flag, "inf")
 
 
 @pytest.mark.parametrize("verb", PIPELINE)

@@ -65,6 +65,7 @@ def overlaid(configs: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, 
         first, *_ = name.split(JOIN)
         if first not in configs:
             _refuse_nan(name, value)
+            _refuse_endless(name, value)
             arguments[name] = _opened(value)
     for name, config in configs.items():
         arguments[name] = _overlay(config, name, given)
@@ -74,6 +75,12 @@ def overlaid(configs: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, 
 def _refuse_nan(name: str, value: Any) -> None:
     if any(number != number for number in _numbers(value)):
         raise BadInput(f"{flag_name(name)}: nan is no number that it can take")
+
+
+def _refuse_endless(name: str, value: Any) -> None:
+    """Infinity switches some settings of steps off; no option of a verb has a use for it."""
+    if any(abs(number) == float("inf") for number in _numbers(value)):
+        raise BadInput(f"{flag_name(name)}: {value} has no end; give a number")
 
 
 def _refuse_negative(name: str, value: Any, default: Any) -> None:
