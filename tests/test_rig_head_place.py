@@ -26,8 +26,10 @@ def test_the_head_is_found_where_it_stands(scale, backward):
 
 
 @pytest.mark.parametrize(
-    ("left", "up"), [([0, 0, -1], [0, 1, 0]), ([0, 0, 1], [0, 1, 0]), ([1, 0, 0], [0, 0, 1]), ([-1, 0, 0], [0, 0, 1])]
-)
+    ("left", "up"),
+    [([0, 0, -1], [0, 1, 0]), ([0, 0, 1], [0, 1, 0]), ([1, 0, 0], [0, 0, 1]), ([-1, 0, 0], [0, 0, 1]),
+     ([0, 1, 0], [0, 0, 1]), ([0, -1, 0], [0, 0, 1])],
+)  # fmt: skip
 @pytest.mark.parametrize("swapped", [False, True])
 def test_a_head_that_looks_aside_or_lies_is_known_by_its_axes(left, up, swapped):
     """Whichever way the scene has it up, and whoever's left the shapes' names mean."""

@@ -26,6 +26,9 @@ _MOVES = 0.05
 """The face is what some shape moves by more than this share of the largest displacement."""
 _DOUBTED = np.array([0.5, 0.5, 1.0])
 """A face looks along X or Y only where its normals say so twice as clearly as along Z."""
+_LIDS = ("eyeBlinkLeft", "eyeBlinkRight")
+_MOUTH = ("jawOpen", "mouthSmileLeft", "mouthSmileRight")
+_UPRIGHT = 2.0
 AT_ORIGIN_MM = 150.0
 """A head no farther from the origin than this is in face space, as far as head motion goes."""
 _OTHER_SIZE = 5.0
@@ -61,7 +64,7 @@ def find_head(rig: Rig) -> HeadPlace:
         face = np.ones(len(vertices), dtype=bool)
     R_rig_face = _axes(rig, moves * face)
     forward = R_rig_face[:, 2]
-    lids = [_middle(rig, name) for name in ("eyeBlinkLeft", "eyeBlinkRight")]
+    lids = [_middle(rig, name) for name in _LIDS]
     if lids[0] is not None and lids[1] is not None:
         middle, depth = (lids[0] + lids[1]) / 2, _EYE_DEPTH * float(np.linalg.norm(lids[0] - lids[1]))
         return HeadPlace(middle - depth * forward, R_rig_face, depth / _PERSONS_DEPTH_MM)
@@ -72,16 +75,27 @@ def find_head(rig: Rig) -> HeadPlace:
 
 
 def _axes(rig: Rig, moves: Float[np.ndarray, " n"]) -> Float[np.ndarray, "3 3"]:
-    """R_rig_face by quarter turns: ahead is where what moves looks to, up is +Y, and +Z for a face along Y.
+    """R_rig_face by quarter turns: ahead is where what moves looks to. Up is +Y, and +Z for a face along Y, or for one
+    along X whose lids lie as clearly above the mouth that way.
 
-    Names of sides and places of shapes say nothing here: on some rigs they are swapped, on others rough.
+    Names of sides and places of shapes say nothing else here: on some rigs they are swapped, on others rough.
     """
     looks = moves @ vertex_normals(rig.neutral.vertices, rig.neutral.faces)
     axis = int(np.argmax(np.abs(looks) * _DOUBTED))
     forward, up = np.zeros(3), np.zeros(3)
     forward[axis] = -1.0 if looks[axis] < 0 else 1.0
-    up[2 if axis == 1 else 1] = 1.0
+    up[2 if axis == 1 or (axis == 0 and _stands_along_z(rig)) else 1] = 1.0
     return np.stack([np.cross(up, forward), up, forward], axis=1)
+
+
+def _stands_along_z(rig: Rig) -> bool:
+    """Whether the lids are farther above the mouth along +Z than `_UPRIGHT` times along Y."""
+    lids, mouth = ([_middle(rig, name) for name in names] for names in (_LIDS, _MOUTH))
+    known = [[place for place in places if place is not None] for places in (lids, mouth)]
+    if not all(known):
+        return False
+    _, y, z = np.mean(known[0], axis=0) - np.mean(known[1], axis=0)
+    return bool(z > _UPRIGHT * abs(y))
 
 
 def place_motion(T_world_face: Transform, head: HeadPlace) -> tuple[Transform, list[str]]:
