@@ -19,6 +19,11 @@ from .rig import Rig
 
 CORRECTIVE = "corrective"
 """What the names of corrective shapes begin with."""
+
+
+def corrective_names(count: int) -> tuple[str, ...]:
+    """What a rig's correctives are called: corrective_01 onwards."""
+    return tuple(f"{CORRECTIVE}_{i + 1:02d}" for i in range(count))
 NEGATIVE, OVER = "_neg", "_over"
 """What the names of companions end with."""
 _SLACK = 1e-6

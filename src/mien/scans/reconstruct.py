@@ -7,17 +7,17 @@ spread over the skin as the markers ask for them, so that the performance stays 
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy.sparse as sp
 from jaxtyping import Bool, Float, Int
 from scipy.signal import savgol_filter
-from scipy.sparse.linalg import splu
 
 from ..clip import Markers, visible
 from ..errors import BadInput
-from ..mesh import Attachment, Mesh, cotangent_laplacian, mass
+from ..mesh import Attachment, Mesh
 from ..progress import SILENT, Progress
 from ..register import procrustes
+from ..register.interpolate import green_functions, interpolate_from_points
 from ..rig import Performance, Rig
+from ..rig.unit_weights import corrective_names
 from ..solve import nnls
 from ..takes.frame_solve import normal_equations, without_pose
 from ..takes.gaps import GapConfig, fill_gaps
@@ -74,18 +74,6 @@ def meet_markers(
         meets = (D @ response)[np.ix_(held, held)]
         out[i] = shape + response[:, held] @ np.linalg.solve(meets, missing[held])
     return out
-
-
-def green_functions(mesh: Mesh, D: sp.csr_matrix, reach: float) -> Float[np.ndarray, "n markers"]:
-    """How the skin moves when one marker's point is pulled: the inverse of the bending energy, a column a marker.
-
-    D (markers, n): the points; reach, mm, as in `ReconstructConfig`.
-    """
-    L, areas = cotangent_laplacian(mesh.vertices, mesh.faces), mass(mesh.vertices, mesh.faces)
-    areas = np.maximum(areas, 1e-3 * areas.mean())
-    A = L.T @ sp.diags(1 / areas) @ L + sp.diags(areas / reach**4)
-    lu = splu(sp.csc_matrix(A), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
-    return np.ascontiguousarray(lu.solve(np.ascontiguousarray(D.T.toarray())))
 
 
 @dataclass(frozen=True)
@@ -194,16 +182,14 @@ def correctives(
     left, size, right = np.linalg.svd(known.reshape(frames, 3 * count), full_matrices=False)
     rms = size / np.sqrt(max(frames * count, 1))
     keep = min(int((rms > config.worth_mm).sum()), config.correctives)
-    names = tuple(f"corrective_{i + 1:02d}" for i in range(keep))
+    names = corrective_names(keep)
     if keep == 0:
         nothing = np.zeros((0, len(mesh.vertices), 3))
         return Correctives(nothing, names, np.zeros((frames, 0)), np.zeros_like(known))
     place = scan_rig.attachment
-    D = Attachment(place.faces[which], place.barycentric[which]).matrix(mesh)
-    response = green_functions(mesh, D, config.reach_mm)
-    spread = response @ np.linalg.inv(D @ response)
+    S = interpolate_from_points(mesh, Attachment(place.faces[which], place.barycentric[which]), config.reach_mm)
     unit = (right[:keep] * (size[:keep, None] / np.sqrt(frames))).reshape(keep, count, 3)
-    shapes = np.einsum("nm,kmd->knd", spread, unit, optimize=True)
+    shapes = np.einsum("nm,kmd->knd", S, unit, optimize=True)
     explained = ((left[:, :keep] * size[:keep]) @ right[:keep]).reshape(known.shape)
     return Correctives(shapes, names, left[:, :keep] * np.sqrt(frames), explained)
 

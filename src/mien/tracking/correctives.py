@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float, Float32
 
 from ..rig import Rig
-from ..rig.retarget import CORRECTIVE
+from ..rig.unit_weights import corrective_names
 from .model import TrackingModel
 
 
@@ -72,5 +72,5 @@ def with_correctives(rig: Rig, model: TrackingModel, shapes: Float[np.ndarray, "
     """The rig with the corrective shapes behind its own, named corrective_01 onwards."""
     deltas = np.zeros((len(shapes), *rig.neutral.vertices.shape))
     deltas[:, model.front] = shapes
-    names = tuple(f"{CORRECTIVE}_{i + 1:02d}" for i in range(len(shapes)))
-    return Rig(rig.neutral, np.concatenate([rig.deltas, deltas]), rig.names + names, rig.texture)
+    names = rig.names + corrective_names(len(shapes))
+    return Rig(rig.neutral, np.concatenate([rig.deltas, deltas]), names, rig.texture)
