@@ -6,7 +6,7 @@ from typing import get_args
 import pytest
 
 from mien.cli.main import PIPELINE, app, attempt
-from mien.cli.options import JOIN, flag_name, is_whole, leaves, overlaid
+from mien.cli.options import JOIN, SIGNED, flag_name, is_whole, leaves, overlaid
 from mien.errors import BadInput
 
 WORDS = {
@@ -40,8 +40,15 @@ def test_what_is_no_number_is_refused_by_the_option_s_name(verb):
     for name, whole in numeric(verb):
         flag = flag_name(name)
         assert flag in refusal(verb, flag, "1.5" if whole else "nan")
-        if JOIN not in name and not whole:
-            assert flag in refusal(verb, flag, "inf")
+        if JOIN not in name:
+            assert flag in refusal(verb, flag, "-1" if whole else "inf")
+
+
+def test_what_has_a_sign_may_be_below_0():
+    """Angles and shifts: the verb goes on to its file."""
+    assert refusal("render", "--yaw-deg", "-20", "--pitch-deg", "-5") == "a.glb: no such file or folder"
+    assert "below 0" not in refusal("select", "--video-offset", "-2")
+    assert "--tolerance: -1 is below 0" in refusal("select", "--tolerance", "-1")
 
 
 @pytest.mark.parametrize("verb", PIPELINE)
@@ -53,6 +60,6 @@ def test_settings_of_the_steps_inside_are_no_nan_and_not_below_0(verb):
             if all(type(number) in (int, float) for number in numbers):
                 with pytest.raises(BadInput, match=f"^{flag_name(path)}: nan"):
                     overlaid(configs, {path: float("nan")})
-                if min(numbers, default=0) >= 0:
+                if min(numbers, default=0) >= 0 and path.split(JOIN)[-1] not in SIGNED:
                     with pytest.raises(BadInput, match=f"^{flag_name(path)}: -1 is below 0"):
                         overlaid(configs, {path: -1.0})

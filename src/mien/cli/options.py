@@ -18,6 +18,9 @@ from ..errors import BadInput
 JOIN = "__"
 """Between the names of nested fields in the Python name of a flag."""
 
+SIGNED = ("yaw_deg", "pitch_deg", "video_offset")
+"""Options that may be below 0."""
+
 _GIVEN: ContextVar[frozenset[str]] = ContextVar("given", default=frozenset())
 
 
@@ -66,6 +69,7 @@ def overlaid(configs: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, 
         if first not in configs:
             _refuse_nan(name, value)
             _refuse_endless(name, value)
+            _refuse_negative(name, value, 0)
             arguments[name] = _opened(value)
     for name, config in configs.items():
         arguments[name] = _overlay(config, name, given)
@@ -84,7 +88,9 @@ def _refuse_endless(name: str, value: Any) -> None:
 
 
 def _refuse_negative(name: str, value: Any, default: Any) -> None:
-    """Fields of configs are lengths, shares, weights and counts; those that may be below 0 are so by default."""
+    """Numbers are lengths, shares, weights and counts but for `SIGNED`, and fields that are below 0 by default."""
+    if name.split(JOIN)[-1] in SIGNED:
+        return
     if min(_numbers(default), default=0) >= 0 > min(_numbers(value), default=0):
         raise BadInput(f"{flag_name(name)}: {min(_numbers(value)):g} is below 0; give 0 or more")
 
