@@ -103,7 +103,8 @@ def build_shape(
     if config.model:
         mix = mix_of(neutral.units, artist.mesh, aligned.landmarks, neutral.landmarks)
         expected = motion_image(artist.mesh, np.tensordot(mix, neutral.units, axes=1), neutral.map.layout)
-    pins = {name: aligned.T_neutral_capture.apply(point) for name, point in pins_by_hand(map_, by_hand).items()}
+    T, own = aligned.T_neutral_capture, pins_by_hand(map_, by_hand)
+    pins = {name: T.apply(point[None])[0] for name, point in own.items()}
     warped = warp(
         source=aligned.map,
         source_landmarks=aligned.landmarks,
