@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from command import mien
-from mien.cli.register import beside_arkit, write_completed
+from mien.cli.register import beside_arkit, kept_before, write_completed
 from mien.errors import BadInput
 from mien.faces import ARKIT_NAMES, load_face
 from mien.io.gltf import read_rig
@@ -58,3 +58,11 @@ def test_a_rig_of_scans_is_written_with_the_52_too(tmp_path, monkeypatch):
     write_mesh(tmp_path / "one.ply", face.rig.neutral)
     with pytest.raises(BadInput, match="--arkit does nothing for one scan"):
         mien("register", tmp_path / "one.ply", output=tmp_path / "out.glb", arkit=True)
+
+
+def test_what_a_rerun_replaces_is_kept_beside(tmp_path):
+    face = tmp_path / "face.glb"
+    assert kept_before(face) is None
+    face.write_bytes(b"old")
+    assert kept_before(face) == tmp_path / "face.before.glb"
+    assert (tmp_path / "face.before.glb").read_bytes() == b"old"

@@ -4,6 +4,7 @@ import { button, choice, heading, make, row } from "./dom.js";
 import { History } from "./history.js";
 import { address, Saver, served } from "./remote.js";
 
+const REGION = 0.45; // of a head: half of what is seen of a region
 const COLOURS = [0xffb35c, 0x7fb4ff, 0x8fd694, 0xe58fb1, 0xc9a6ff, 0x6fd3d3];
 
 export class Correspond {
@@ -17,10 +18,22 @@ export class Correspond {
     this.redo = button("redo", () => this.history.redo(), { id: "redo-pair" });
     this.next = button("next line", () => this.change(() => this.pair.curves.push([[], []])));
     this.told = make("p", { id: "pairs", className: "quiet" });
-    place.append(heading("Correspond"), row(this.kind, this.next, this.undo, this.redo), this.told);
+    place.append(heading("Correspond"), row(this.kind, this.next, this.undo, this.redo), this.told, this.worst());
     this.dots = this.scans.map(({ view }) => { const group = new THREE.Group(); view.scene.add(group); return group; });
     this.listen(studio.stage.renderer.domElement);
     this.load();
+  }
+
+  // Regions of both scans, worst first: a click goes there.
+  worst() {
+    const list = make("div", { id: "worst" }), all = this.scans.flatMap((one) => one.face.told.regions.map((region) => ({ ...region, one })));
+    all.sort((a, b) => b.unreliable - a.unreliable || b.error - a.error);
+    if (all.length) list.append(make("p", { className: "quiet", textContent: "Worst first; ! is not reliable." }));
+    for (const { name, error, unreliable, middle, one } of all) {
+      const go = () => this.studio.stage.near(new THREE.Vector3(...middle).applyMatrix4(one.face.mesh.matrix), this.studio.stage.bounds(one.face).radius * REGION);
+      list.append(row(button(`${name.replaceAll("_", " ")} of ${one.name}`, go), make("span", { className: "quiet", textContent: `${error.toFixed(3)}${unreliable ? " !" : ""}` })));
+    }
+    return list;
   }
 
   listen(canvas) {

@@ -140,7 +140,13 @@ class Studio {
   choose(k) { if (!this.chosen.delete(k)) this.chosen.add(k); this.show(); }
 
   // A slider was moved: the shape is held there, on top of what plays.
-  moveShape(k, value) { this.current.held.set(k, value); this.clock.playing = false; this.show(); }
+  // Rigs side by side move together, such as one face before and after a correction.
+  moveShape(k, value) {
+    const { current } = this, together = current.motion ? [current] : this.shown.filter(({ motion }) => !motion);
+    for (const { held, face } of together) { const own = face.names.indexOf(current.face.names[k]); if (own >= 0) held.set(own, value); }
+    this.clock.playing = false;
+    this.show();
+  }
 
   show() {
     const { time } = this.clock;

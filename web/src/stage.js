@@ -64,6 +64,17 @@ export class Stage {
     this.touch();
   }
 
+  // Near a place of the world, seen from between where the camera is and outside.
+  near(place, radius) {
+    const { middle } = this.bounds(this.views[0].face), out = place.clone().sub(middle).normalize();
+    const direction = this.camera.position.clone().sub(this.controls.target).normalize().add(out).normalize();
+    this.controls.target.copy(place);
+    this.camera.position.copy(place).addScaledVector(direction, radius / Math.tan((FOV * Math.PI) / 360));
+    this.fixed = null;
+    this.controls.update();
+    this.touch();
+  }
+
   shape() { const { width, height } = this.renderer.domElement; return [width / Math.max(this.views.length, 1), height]; }
 
   resize() {

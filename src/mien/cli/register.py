@@ -1,6 +1,7 @@
 """`mien register`: one scan, or all scans of a take, in the bundled face's topology."""
 
 import json
+import shutil
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
@@ -155,6 +156,7 @@ def register_folder(
             constraints=by_hand, template=template, work=output.with_suffix(".work"), progress=progress,
         )  # fmt: skip
         distances = surface_distances(found)
+        before = kept_before(output) if by_hand else None
         write_any_rig(output, found.scan_rig.rig)
         if told.arkit:
             write_completed(beside_arkit(output), found.scan_rig.rig)
@@ -162,6 +164,19 @@ def register_folder(
         scans_report(place.name, found, distances, config).write(page)
     for line in [*take.warnings, *map(str, unmatched + unread), *summary(found, distances)]:
         print(line)
+    if found.fine.unreliable.any():
+        print(f"the worst first, to click what is the same: mien view {record_beside(output)} {place}")
+    if before is not None:
+        print(f"before and after: mien view {before} {output}")
+
+
+def kept_before(output: Path) -> Path | None:
+    """The face that a rerun with constraints replaces, kept as `face.before.glb`; None where there is none."""
+    if not output.is_file():
+        return None
+    before = output.with_name(f"{output.stem}.before{output.suffix}")
+    shutil.copyfile(output, before)
+    return before
 
 
 def beside_arkit(output: Path) -> Path:

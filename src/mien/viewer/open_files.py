@@ -21,6 +21,7 @@ from ..mesh import Scan
 from ..rig import Performance, Rig
 from ..units import parse_unit
 from .studio_scene import Film, Shown
+from .worst_regions import is_record, read_regions, scans_to_mend
 
 SCANS = (".ply", ".obj", ".stl")
 MAP = ".exr"
@@ -36,11 +37,15 @@ def gather(
 ) -> tuple[list[Shown], list[Film]]:
     """Everything that is to be shown, by its suffix; performances with the textures of the rig `textured`.
 
+    Beside a registration's record (`worst_regions`) a folder stands for the two of its scans that most need mending.
+
     Raises:
         BadInput: missing, of no kind that is known, or what its reader raises.
     """
+    record = next((file for file in files if is_record(file)), None)
+    regions = {} if record is None else read_regions(record)
     shown, films = [], []
-    for file in map(existing, files):
+    for file in _named(files, record):
         suffix = file.suffix.lower()
         if suffix in FILMS:
             films.append(Film(file.name, file))
@@ -49,8 +54,21 @@ def gather(
         else:
             unit_mm = 1.0 if units is None or suffix in GLTF else parse_unit(units)
             face = open_face(file, units)
-            shown.append(Shown(file.name, face, file, unit_mm, textures_for(face, file, textured)))
+            shown.append(
+                Shown(file.name, face, file, unit_mm, textures_for(face, file, textured), regions.get(file.stem, ()))
+            )
     return shown, films
+
+
+def _named(files: Sequence[Path], record: Path | None) -> list[Path]:
+    """The files to open: beside a registration's record a folder stands for its two scans that most need mending."""
+    found = []
+    for file in map(existing, files):
+        if record is not None and file.is_dir():
+            found += scans_to_mend(record, file, SCANS)
+        elif file != record:
+            found.append(file)
+    return found
 
 
 def textures_for(face: Performance | Rig | Scan, file: Path, textured: Path | None) -> TexturedRig | None:

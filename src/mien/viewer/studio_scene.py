@@ -1,7 +1,7 @@
 """Performances, rigs, scans, markers and films gathered into one scene for the page."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,7 @@ from ..transforms import Transform, quaternions_from_rotations
 from .gpu_face import face_of, textures_in_step
 from .marker_overlay import markers_in_world
 from .scene_file import SceneWriter
+from .worst_regions import RegionError
 
 MOST_SIDE_BY_SIDE = 4
 """Faces in one page: more are too narrow to see."""
@@ -37,6 +38,8 @@ class Shown:
     """Millimetres in one unit of a scan's file."""
     textured: TexturedRig | None = None
     """Whose textures go with the shapes of a performance or rig."""
+    regions: tuple[RegionError, ...] = ()
+    """Of a registered scan, worst first."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +77,8 @@ def pack_scene(shown: Sequence[Shown], films: Sequence[Film] = (), live: bool = 
 def _face(one: Shown, scene: SceneWriter) -> dict[str, Any]:
     """What stays the same, and what was recorded."""
     rig = rig_of(one.thing)
-    told = {"name": one.name, "kind": type(one.thing).__name__.lower()}
+    told: dict[str, Any] = {"name": one.name, "kind": type(one.thing).__name__.lower()}
+    told["regions"] = [asdict(region) for region in one.regions]
     told |= face_of(rig, scene) | {"eyes": eyes_of(rig.neutral)}
     if one.textured is not None:
         told |= textures_in_step(one.textured, rig.names, scene)
