@@ -19,7 +19,7 @@ from ..transforms import Transform, quaternions_from_rotations
 from .gpu_face import face_of, textures_in_step
 from .marker_overlay import markers_in_world
 from .scene_file import SceneWriter
-from .worst_regions import RegionError
+from .worst_regions import RegionMisfit
 
 MOST_SIDE_BY_SIDE = 4
 """Faces in one page: more are too narrow to see."""
@@ -38,7 +38,7 @@ class Shown:
     """Millimetres in one unit of a scan's file."""
     textured: TexturedRig | None = None
     """Whose textures go with the shapes of a performance or rig."""
-    regions: tuple[RegionError, ...] = ()
+    regions: tuple[RegionMisfit, ...] = ()
     """Of a registered scan, worst first."""
 
 

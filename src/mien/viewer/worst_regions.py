@@ -18,7 +18,7 @@ RECORD = ".register.json"
 
 
 @dataclass(frozen=True)
-class RegionError:
+class RegionMisfit:
     """A region of a scan."""
 
     name: str
@@ -35,7 +35,7 @@ def is_record(path: Path) -> bool:
     return path.name.endswith(RECORD)
 
 
-def read_regions(path: Path) -> dict[str, tuple[RegionError, ...]]:
+def read_regions(path: Path) -> dict[str, tuple[RegionMisfit, ...]]:
     """Regions of every scan, worst first; scans too, by their worst region.
 
     Raises:
@@ -49,11 +49,11 @@ def read_regions(path: Path) -> dict[str, tuple[RegionError, ...]]:
     return dict(sorted(found.items(), key=lambda item: _badness(item[1][0]), reverse=True))
 
 
-def _badness(region: RegionError) -> tuple[bool, float]:
+def _badness(region: RegionMisfit) -> tuple[bool, float]:
     return region.unreliable, region.error
 
 
-def _regions(part: Mapping[str, Any]) -> tuple[RegionError, ...]:
+def _regions(part: Mapping[str, Any]) -> tuple[RegionMisfit, ...]:
     face, T = load_face(), part["T_face_scan"]
     T_face_scan = Transform(np.array(T["rotation"]), np.array(T["translation_mm"]), float(T["scale"]))
     regions = []
@@ -61,7 +61,7 @@ def _regions(part: Mapping[str, Any]) -> tuple[RegionError, ...]:
         weight = face.regions[name]
         middle = weight @ face.rig.neutral.vertices / weight.sum()
         x, y, z = T_face_scan.inverse().apply(middle[None])[0].round(2).tolist()
-        regions.append(RegionError(name, float(error), name in part["unreliable"], (x, y, z)))
+        regions.append(RegionMisfit(name, float(error), name in part["unreliable"], (x, y, z)))
     return tuple(sorted(regions, key=_badness, reverse=True))
 
 
