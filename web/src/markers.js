@@ -3,7 +3,7 @@ import * as THREE from "three";
 import { button, heading, make, row, toggle } from "./dom.js";
 import { SILENT } from "./gpu_face.js";
 import { History } from "./history.js";
-import { disc } from "./overlays.js";
+import { dots } from "./overlays.js";
 import { address, post, Saver } from "./remote.js";
 
 const NEAR_PX = 12; // a press this near to a dot takes it
@@ -21,8 +21,8 @@ export class MarkersPanel {
     this.mark = button("mark as bad", () => this.markBad(), { id: "marker-bad", title: "in the range that is dragged over the curves with shift held" });
     this.clear = button("not bad", () => this.change(({ bad }) => { delete bad[this.label]; }));
     this.said = make("p", { id: "markers-saved", className: "quiet" });
-    const dots = toggle("places on the skin", (on) => { this.dots.visible = this.lines.visible = on; this.show(); }, true);
-    place.append(heading("Markers"), row(dots, this.undo, this.redo), this.name, row(this.worn, this.mark, this.clear), this.said);
+    const seen = toggle("places on the skin", (on) => { this.dots.visible = this.lines.visible = on; this.show(); }, true);
+    place.append(heading("Markers"), row(seen, this.undo, this.redo), this.name, row(this.worn, this.mark, this.clear), this.said);
     this.draw();
     this.listen(studio.stage);
     this.ready = this.load();
@@ -32,8 +32,7 @@ export class MarkersPanel {
   draw() {
     const count = this.cloud.labels.length, floats = (n) => new THREE.BufferAttribute(new Float32Array(3 * n), 3);
     this.at = floats(count); this.tint = floats(count); this.ends = floats(2 * count);
-    const size = 4.2, map = disc();
-    this.dots = new THREE.Points(new THREE.BufferGeometry().setAttribute("position", this.at).setAttribute("color", this.tint), new THREE.PointsMaterial({ size, map, vertexColors: true, alphaTest: 0.4, transparent: true }));
+    this.dots = new THREE.Points(new THREE.BufferGeometry().setAttribute("position", this.at).setAttribute("color", this.tint), dots(9));
     this.lines = new THREE.LineSegments(new THREE.BufferGeometry().setAttribute("position", this.ends), new THREE.LineBasicMaterial({ color: 0xffb35c }));
     for (const one of [this.dots, this.lines]) { one.frustumCulled = false; this.shown.view.scene.add(one); }
   }

@@ -10,7 +10,7 @@ export class MarkerCloud {
     this.at = new THREE.BufferAttribute(new Float32Array(3 * told.labels.length), 3);
     this.tint = new THREE.BufferAttribute(new Float32Array(3 * told.labels.length).fill(0.97), 3);
     geometry.setAttribute("position", this.at).setAttribute("color", this.tint);
-    this.points = new THREE.Points(geometry, new THREE.PointsMaterial({ size: 3.4, vertexColors: true, map: disc(), alphaTest: 0.4, transparent: true }));
+    this.points = new THREE.Points(geometry, dots(7));
     this.points.frustumCulled = false;
     this.points.matrixAutoUpdate = false;
   }
@@ -24,7 +24,10 @@ export class MarkerCloud {
   }
 }
 
-export function disc() {
+// Round dots with a rim, `size` pixels wide at any distance.
+export const dots = (size) => new THREE.PointsMaterial({ size: size * (window.devicePixelRatio || 1), sizeAttenuation: false, vertexColors: true, map: disc(), alphaTest: 0.4, transparent: true });
+
+function disc() {
   const canvas = Object.assign(document.createElement("canvas"), { width: 64, height: 64 }), pen = canvas.getContext("2d");
   pen.beginPath(); pen.arc(32, 32, 26, 0, 7); pen.fillStyle = "#fff"; pen.fill();
   pen.lineWidth = 7; pen.strokeStyle = "#285a96"; pen.stroke();
