@@ -16,6 +16,18 @@ def test_dots_keep_their_labels_under_a_motion_of_half_their_distance():
     np.testing.assert_allclose(found.positions, after)
 
 
+def test_dots_that_go_farther_than_half_their_distance_are_found_where_they_would_go_on_to():
+    before = light_dots.places()
+    apart = np.sort(np.linalg.norm(before - before[0], axis=1))[1]
+    step = np.tile([0.7 * apart, 0.2 * apart, 0.0], (len(before), 1))
+    after = before + step + 0.2 * np.random.default_rng(0).normal(size=before.shape)
+    found = follow_dots(before, after, step=step)
+    assert found.seen.all()
+    np.testing.assert_allclose(found.positions, after)
+    stopped = follow_dots(before, before[::-1], step=step)
+    np.testing.assert_allclose(stopped.positions, before)
+
+
 def test_a_lost_dot_goes_with_its_neighbours_and_a_mole_is_no_dot():
     before = light_dots.places()
     after = before + np.array([2.0, 0.0, 0.0])

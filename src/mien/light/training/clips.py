@@ -55,21 +55,22 @@ def registered_clip(
     view: RigView,
     config: TrainingConfig = TrainingConfig(),
 ) -> Iterator[TrainingFrame | LostFrame]:
-    """A clip's frames, one by one: dots followed from the last one, the surface laid on them, refined by flow.
+    """A clip's frames, one by one: dots followed from the last ones, the surface laid on them, refined by flow.
 
     Args:
         scans: in order, laid out in `view`; an error in a scan's place is a capture that could not be decoded.
     """
-    dots = None
+    dots, step = None, None
     for number, scan in enumerate(scans):
         try:
             if isinstance(scan, BadInput):
                 raise scan
             before = moved_head(surface.dots, surface.mesh, scan) if dots is None else dots
-            tracked = follow_dots(before, find_dots(scan, config.dots), config.track)
+            tracked = follow_dots(before, find_dots(scan, config.dots), config.track, step)
         except BadInput as error:
             yield LostFrame(number, str(error))
             continue
+        step = None if dots is None else tracked.positions - dots
         dots = tracked.positions
         yield TrainingFrame(number, tracked, surface.register(scan, view, dots))
 

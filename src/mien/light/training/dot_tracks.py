@@ -39,28 +39,54 @@ class TrackedDots:
 
 
 def follow_dots(
-    before: Float[np.ndarray, "k 3"], found: Float[np.ndarray, "m 3"], config: DotTrackConfig = DotTrackConfig()
+    before: Float[np.ndarray, "k 3"],
+    found: Float[np.ndarray, "m 3"],
+    config: DotTrackConfig = DotTrackConfig(),
+    step: Float[np.ndarray, "k 3"] | None = None,
 ) -> TrackedDots:
-    """Each dot's place in the next frame: near ones that agree with their neighbours, then the others round those.
+    """Each dot's place in the next frame, looked for where it was, and where it would be had it gone on as before.
+
+    The start from which more dots are found again is the right one: faces stop and turn.
+
+    Args:
+        step: how each dot went from the frame before the last to the last, mm; None: nothing is known.
 
     Raises:
         BadInput: hardly any is found again.
     """
-    one, other = mutual_nearest(before, found, config.reach_mm)
-    expected = before
+    still = follow_from(before, found, config)
+    ahead = None if step is None else follow_from(before + step, found, config)
+    best = still if ahead is None or still.seen.sum() >= ahead.seen.sum() else ahead
+    check_found(int(best.seen.sum()), len(before))
+    return best
+
+
+def follow_from(
+    start: Float[np.ndarray, "k 3"], found: Float[np.ndarray, "m 3"], config: DotTrackConfig
+) -> TrackedDots:
+    """Near ones that agree with their neighbours, then the others round those; none where hardly any is near."""
+    none = TrackedDots(start, np.zeros(len(start), bool))
+    one, other = mutual_nearest(start, found, config.reach_mm)
+    expected = start
     for _ in range(config.rounds):
-        check_found(len(one), len(before))
-        steps = found[other] - before[one]
-        agree = np.linalg.norm(steps - neighbours_steps(before, one, steps)[one], axis=1) < config.slack_mm
-        check_found(int(agree.sum()), len(before))
-        expected = before + neighbours_steps(before, one[agree], steps[agree])
+        if not enough(len(one), len(start)):
+            return none
+        steps = found[other] - start[one]
+        agree = np.linalg.norm(steps - neighbours_steps(start, one, steps)[one], axis=1) < config.slack_mm
+        if not enough(int(agree.sum()), len(start)):
+            return none
+        expected = start + neighbours_steps(start, one[agree], steps[agree])
         one, other = mutual_nearest(expected, found, config.slack_mm)
-    check_found(len(one), len(before))
-    seen = np.zeros(len(before), bool)
+    seen = np.zeros(len(start), bool)
     seen[one] = True
     positions = expected.copy()
     positions[one] = found[other]
     return TrackedDots(positions, seen)
+
+
+def enough(count: int, total: int) -> bool:
+    """Whether so many dots of all are enough to go by."""
+    return count >= max(3, LEAST_SHARE * total)
 
 
 def check_found(count: int, total: int) -> None:
@@ -69,7 +95,7 @@ def check_found(count: int, total: int) -> None:
     Raises:
         BadInput: it has too few.
     """
-    if count < max(3, LEAST_SHARE * total):
+    if not enough(count, total):
         raise BadInput(f"dots: {count} of {total} are found again; is it the same face and dots?")
 
 
