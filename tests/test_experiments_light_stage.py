@@ -1,7 +1,14 @@
 import numpy as np
 import pytest
 
-from mien.experiments.light_stage import LightStageConfig, looking_at, score_scan, staged_capture, staged_rig
+from mien.experiments.light_stage import (
+    LightStageConfig,
+    band_errors,
+    looking_at,
+    score_scan,
+    staged_capture,
+    staged_rig,
+)
 from mien.light.disk.light_scan import LightScan
 from mien.light.patterns import gray_set
 from mien.light.pipeline import LightConfig, light_sources
@@ -47,3 +54,14 @@ def test_the_truth_itself_scores_nothing(skin):
     assert score.fused_mm == 0
     assert score.fused_deg < 1e-5
     assert score.geometry_mm > 0
+    assert score.bands["fused"] == (0.0, 0.0, 0.0, 0.0)
+
+
+def test_an_error_falls_into_the_band_of_its_breadth():
+    known = np.ones((120, 160), bool)
+    x = np.arange(160)[None] * np.ones((120, 1))
+    fine, middle, broad = (band_errors(np.sin(x / length), known, 0.5) for length in (0.5, 6.0, 1e6))
+    assert np.argmax(fine) == 0
+    assert np.argmax(middle) == 2
+    assert np.argmax(band_errors(np.ones((120, 160)), known, 0.5)) == 3
+    assert max(broad) < 1e-3

@@ -3,14 +3,16 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from ..camera import Camera
 from ..light.disk.light_scan import LightScan
+from ..light.integrate import integrate
 from ..light.light_rig import LightRig, RigView
 from ..light.patterns import PatternSet, paper_set, profile
 from ..light.pipeline import LightConfig, LightSources, light_scan, light_sources, moment
-from ..light.triangulate import surface_normals
+from ..light.training.dots import masked_blur
+from ..light.triangulate import pixel_rays, surface_normals
 from ..mesh import Mesh
 from ..stage.people.skin import Skin
 from ..stage.sensors.active_light import ActiveLightConfig, Dots, Placed, Slot, look, picture
@@ -153,6 +155,13 @@ class LightScore:
     fused_deg: float
     share: float
     """Of the pixels that show the face, how many were measured."""
+    bands: dict[str, tuple[float, ...]]
+    """Root mean square error in depth, mm, from fine to broad (`BANDS_MM`), of `points`, `light` (its normals alone,
+    integrated) and `fused`."""
+
+
+BANDS_MM = (0.5, 2.0, 8.0)
+"""Standard deviations of the Gaussians that part errors into bands: finer than the first, between them, broader."""
 
 
 def score_capture(capture: StagedCapture, config: LightConfig = LightConfig()) -> LightScore:
@@ -170,7 +179,13 @@ def score_scan(scan: LightScan, sources: LightSources, capture: StagedCapture, c
     depth[seen.mask], normals[seen.mask] = seen.points[:, 2], seen.normals
     known = np.isfinite(scan.points[..., 2]) & np.isfinite(base.z) & seen.mask
     light = np.full_like(normals, np.nan) if sources.light is None else sources.light.normals
+    surfaces = {"points": base.z, "fused": scan.points[..., 2]}
+    if sources.light is not None:
+        middle = float(depth[known].mean())
+        surfaces["light"] = integrate(light, view.camera, pixel_rays(view.camera), known, middle)
+    pixel_mm = float(np.median(depth[known])) / view.camera.fx
     return LightScore(
+        bands={name: band_errors(z - depth, known, pixel_mm) for name, z in surfaces.items()},
         geometry_mm=float(np.abs(base.z - depth)[known].mean()),
         fused_mm=float(np.abs(scan.points[..., 2] - depth)[known].mean()),
         light_deg=median_angle(light, normals, known),
@@ -178,6 +193,18 @@ def score_scan(scan: LightScan, sources: LightSources, capture: StagedCapture, c
         fused_deg=median_angle(scan.normals, normals, known),
         share=float(known.sum() / seen.mask.sum()),
     )
+
+
+def band_errors(off: Float[np.ndarray, "h w"], known: Bool[np.ndarray, "h w"], pixel_mm: float) -> tuple[float, ...]:
+    """Root mean square of an error map in each band, mm, fine to broad."""
+    known = known & np.isfinite(off)
+    finer = np.where(known, off, 0.0)
+    out = []
+    for sigma in BANDS_MM:
+        broader = masked_blur(np.where(known, off, 0.0), known, sigma / pixel_mm)
+        out.append(float(np.sqrt(((finer - broader)[known] ** 2).mean())))
+        finer = broader
+    return (*out, float(np.sqrt((finer[known] ** 2).mean())))
 
 
 def median_angle(one: np.ndarray, other: np.ndarray, mask: np.ndarray) -> float:
