@@ -40,3 +40,19 @@ def test_polish_agrees_with_its_twin():
         made.append((columns, sigma, misfit))
     for one, other in zip(*made, strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-8, atol=1e-8)
+
+
+def test_moments_agree_with_their_twin():
+    ratios, precisions, _ = pixels(80, 3)
+    rng = np.random.default_rng(4)
+    rates = np.array([2 * np.pi * wave.periods / 256 for wave in WAVES])
+    told = (rng.uniform(0, 256, 80), 0.1 * rng.normal(size=80), ratios)
+    contrast, lags, shifts = rng.uniform(0.8, 1, size=(80, 6)), np.arange(6.0) - 5.5, np.arange(6.0)
+    made = []
+    for module in (sinusoids, sinusoids_twin):
+        contrasts, drifts = np.zeros((80, 6, 2)), np.zeros((80, 2))
+        module.contrast_moments(*told, rates, shifts, lags, contrasts)
+        module.drift_moments(*told, contrast, precisions, rates, shifts, lags, drifts)
+        made.append((contrasts, drifts))
+    for one, other in zip(*made, strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-8, atol=1e-8)

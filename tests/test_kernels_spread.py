@@ -4,7 +4,7 @@ import threading
 
 import pytest
 
-from mien._kernels._spread import cores, single_threaded, spread
+from mien._kernels._spread import cores, side_by_side, single_threaded, spread
 
 
 def pieces(rows: int, threads: int) -> list[tuple[int, int]]:
@@ -45,3 +45,10 @@ def test_a_worker_that_is_told_so_keeps_to_its_thread():
     one.join()
     assert seen[0] == (0, 50, seen[1])
     assert cores() >= 1
+
+
+def test_things_side_by_side_come_out_in_their_order():
+    assert side_by_side(lambda x: x * x, [3, 1, 2]) == [9, 1, 4]
+    assert side_by_side(lambda x: x, []) == []
+    with pytest.raises(ZeroDivisionError):
+        side_by_side(lambda x: 1 / x, [1, 0])

@@ -75,3 +75,37 @@ def polish_columns(columns, drifts, ratios, contrasts, precisions, rates, shifts
         columns[p] = u
         sigmas[p] = 1.0 / np.sqrt(curvature)
         misfits[p] = total / max(patterns - 1, 1)
+
+
+@no_type_check
+@nb.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
+def contrast_moments(columns, drifts, ratios, rates, shifts, lags, moments):
+    """For the regression of what is seen on what is expected: moments (p, k, 2) are written, cos(angle) times
+    2 ratio - 1, and its square; shapes as in `polish_columns`."""
+    for p in range(columns.shape[0]):
+        for k in range(rates.shape[0]):
+            expected = np.cos((columns[p] + drifts[p] * lags[k]) * rates[k] + shifts[k])
+            moments[p, k, 0] = expected * (2.0 * ratios[p, k] - 1.0)
+            moments[p, k, 1] = expected * expected
+
+
+@no_type_check
+@nb.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
+def drift_moments(columns, drifts, ratios, contrasts, precisions, rates, shifts, lags, moments):
+    """Each pixel's part in the normal equation of a drift, its column eliminated: moments (p, 2) are written, right
+    side and left; shapes as in `polish_columns`."""
+    patterns = rates.shape[0]
+    for p in range(columns.shape[0]):
+        weight, first, second, pull, pulled = 0.0, 0.0, 0.0, 0.0, 0.0
+        for k in range(patterns):
+            angle = (columns[p] + drifts[p] * lags[k]) * rates[k] + shifts[k]
+            slope = -0.5 * contrasts[p, k] * rates[k] * np.sin(angle)
+            off = ratios[p, k] - (1.0 + contrasts[p, k] * np.cos(angle)) / 2.0
+            w = precisions[p, k] * slope * slope
+            weight += w
+            first += w * lags[k]
+            second += w * lags[k] * lags[k]
+            pull += precisions[p, k] * slope * off
+            pulled += precisions[p, k] * slope * off * lags[k]
+        moments[p, 0] = pulled - pull * first / weight
+        moments[p, 1] = second - first * first / weight

@@ -30,3 +30,21 @@ def polish_columns(columns, drifts, ratios, contrasts, precisions, rates, shifts
     off = ratios - (1 + contrasts * np.cos((columns[:, None] + moved) * rates + shifts)) / 2
     sigmas[:] = 1 / np.sqrt(curvature)
     misfits[:] = (precisions * off**2).sum(1) / max(len(rates) - 1, 1)
+
+
+def contrast_moments(columns, drifts, ratios, rates, shifts, lags, moments):
+    """What is expected times what is seen, and its square."""
+    expected = np.cos((columns[:, None] + drifts[:, None] * lags) * rates + shifts)
+    moments[..., 0] = expected * (2 * ratios - 1)
+    moments[..., 1] = expected**2
+
+
+def drift_moments(columns, drifts, ratios, contrasts, precisions, rates, shifts, lags, moments):
+    """Right and left side of the drift's normal equation, the columns eliminated."""
+    angle = (columns[:, None] + drifts[:, None] * lags) * rates + shifts
+    slope = -0.5 * contrasts * rates * np.sin(angle)
+    off = ratios - (1 + contrasts * np.cos(angle)) / 2
+    weight = precisions * slope**2
+    lag = lags - ((weight * lags).sum(1) / weight.sum(1))[:, None]
+    moments[:, 0] = (precisions * slope * off * lag).sum(1)
+    moments[:, 1] = (weight * lag**2).sum(1)

@@ -13,13 +13,14 @@ from scipy import ndimage
 from .._kernels import sinusoids as kernel
 from .._kernels._spread import spread
 from ..errors import BadInput
+from ..image_space.window import GaussianWindow
 from .motion import at_slot
 from .patterns import LightPattern, PatternSet, sinusoid
 
 MANY_PERIODS = 4.0
 """Patterns with more periods than this show whole ones on a face, so that their contrast can be told."""
-POLISH_ROUNDS = 3
-"""Of Gauss-Newton, from an estimate within half an entry of the table."""
+POLISH_ROUNDS = 3, 1
+"""Of Gauss-Newton, from an estimate within half an entry of the table; and from the last estimate."""
 CONTRAST_RANGE = (0.05, 1.2)
 """Of a local contrast."""
 
@@ -129,12 +130,13 @@ def decode_sinusoids(
     ratios = measured_ratios(images, patterns, config, flow)
     start = search(ratios, config)
     drift = np.zeros_like(start)
-    found = polish(start, drift, ratios)
+    found = polish(start, drift, ratios, POLISH_ROUNDS[0])
+    window = GaussianWindow(ratios.lit, config.window_px)
     for _ in range(config.rounds):
-        ratios = replace(ratios, contrast=local_contrasts(found.columns, drift, ratios, config))
+        ratios = replace(ratios, contrast=local_contrasts(found.columns, drift, ratios, window))
         if config.motion:
-            drift = drift + local_drift(found.columns, drift, ratios, config)
-        found = polish(found.columns, drift, ratios)
+            drift = drift + local_drift(found.columns, drift, ratios, window)
+        found = polish(found.columns, drift, ratios, POLISH_ROUNDS[1])
     typical = float(np.median(found.misfit))
     inside = (found.columns > -0.5) & (found.columns < patterns.width - 0.5)
     sound = (found.misfit < config.worst * max(typical, 1.0)) & inside
@@ -233,7 +235,9 @@ def search(ratios: Ratios, config: DecodeConfig) -> Float[np.ndarray, " p"]:
     return pixels[best]
 
 
-def polish(columns: Float[np.ndarray, " p"], drift: Float[np.ndarray, " p"], ratios: Ratios) -> Polished:
+def polish(
+    columns: Float[np.ndarray, " p"], drift: Float[np.ndarray, " p"], ratios: Ratios, rounds: int = POLISH_ROUNDS[0]
+) -> Polished:
     """Gauss-Newton on all patterns."""
     moved, sigma, misfit = columns.copy(), np.empty_like(columns), np.empty_like(columns)
     precision, rates, shifts = 1 / ratios.variance, ratios.rates, ratios.shifts
@@ -241,52 +245,52 @@ def polish(columns: Float[np.ndarray, " p"], drift: Float[np.ndarray, " p"], rat
     def rows(first: int, last: int) -> None:
         p = slice(first, last)
         told = (ratios.values[p], ratios.contrast[p], precision[p], rates, shifts, ratios.lags)
-        kernel.polish_columns(moved[p], drift[p], *told, POLISH_ROUNDS, sigma[p], misfit[p])
+        kernel.polish_columns(moved[p], drift[p], *told, rounds, sigma[p], misfit[p])
 
     spread(rows, len(columns))
     return Polished(moved, sigma, misfit)
 
 
 def local_contrasts(
-    columns: Float[np.ndarray, " p"], drift: Float[np.ndarray, " p"], ratios: Ratios, config: DecodeConfig
+    columns: Float[np.ndarray, " p"], drift: Float[np.ndarray, " p"], ratios: Ratios, window: GaussianWindow
 ) -> Float[np.ndarray, "p k"]:
     """What is left of each sinusoid's swing round every pixel: the regression of what is seen on what is expected.
 
     A contrast that is taken wrong pulls columns to and fro with the pattern's phase: stripes on the surface.
     """
+    moments = np.empty((*ratios.values.shape, 2))
+    waves = (ratios.rates, ratios.shifts, ratios.lags)
+
+    def rows(first: int, last: int) -> None:
+        p = slice(first, last)
+        kernel.contrast_moments(columns[p], drift[p], ratios.values[p], *waves, moments[p])
+
+    spread(rows, len(columns))
+    many = np.array([wave.periods > MANY_PERIODS for wave in ratios.waves])
+    seen, power = (window.sums(moments[:, many, i]) for i in (0, 1))
     out = np.ones_like(ratios.values)
-    for k, wave in enumerate(ratios.waves):
-        if wave.periods <= MANY_PERIODS:
-            continue
-        expected = np.cos((columns + drift * ratios.lags[k]) * ratios.rates[k] + ratios.shifts[k])
-        seen = windowed(expected * (2 * ratios.values[:, k] - 1), ratios.lit, config.window_px)
-        power = windowed(expected**2, ratios.lit, config.window_px)
-        out[:, k] = np.clip(seen / np.maximum(power, 1e-9), *CONTRAST_RANGE)
+    out[:, many] = window.at_pixels(np.clip(seen / np.maximum(power, 1e-9), *CONTRAST_RANGE))
     return out
 
 
 def local_drift(
-    columns: Float[np.ndarray, " p"], drift: Float[np.ndarray, " p"], ratios: Ratios, config: DecodeConfig
+    columns: Float[np.ndarray, " p"], drift: Float[np.ndarray, " p"], ratios: Ratios, window: GaussianWindow
 ) -> Float[np.ndarray, " p"]:
     """How much faster than `drift` the column under each pixel changes, columns a slot: motion between patterns.
 
     Each pixel has a column of its own, its neighbourhood one drift: least squares in both, the columns eliminated.
     """
-    angle = (columns[:, None] + drift[:, None] * ratios.lags) * ratios.rates + ratios.shifts
-    slope = -0.5 * ratios.contrast * ratios.rates * np.sin(angle)
-    off = ratios.values - (1 + ratios.contrast * np.cos(angle)) / 2
-    weight = slope**2 / ratios.variance
-    pull = slope * off / ratios.variance
-    mean_lag = (weight * ratios.lags).sum(1) / weight.sum(1)
-    lag = ratios.lags - mean_lag[:, None]
-    right = windowed((pull * lag).sum(1), ratios.lit, config.window_px)
-    left = windowed((weight * lag**2).sum(1), ratios.lit, config.window_px)
-    return right / np.maximum(left, 1e-12)
+    moments = np.empty((len(columns), 2))
+    precision, waves = 1 / ratios.variance, (ratios.rates, ratios.shifts, ratios.lags)
 
+    def rows(first: int, last: int) -> None:
+        p = slice(first, last)
+        told = (columns[p], drift[p], ratios.values[p], ratios.contrast[p], precision[p])
+        kernel.drift_moments(*told, *waves, moments[p])
 
-def windowed(values: Float[np.ndarray, " p"], lit: Bool[np.ndarray, "h w"], sigma: float) -> Float[np.ndarray, " p"]:
-    """Sums over a Gaussian window round each lit pixel."""
-    return ndimage.gaussian_filter(np.nan_to_num(masked_image(values, lit)), sigma, truncate=3.0)[lit]
+    spread(rows, len(columns))
+    sums = window.sums(moments)
+    return window.at_pixels(sums[..., :1] / np.maximum(sums[..., 1:], 1e-12))[:, 0]
 
 
 def masked_image(values: Float[np.ndarray, " p"], mask: Bool[np.ndarray, "h w"]) -> Float[np.ndarray, "h w"]:

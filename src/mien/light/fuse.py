@@ -7,6 +7,7 @@ from jaxtyping import Bool, Float
 from scipy import ndimage
 
 from ..camera import Camera
+from ..image_space.window import GaussianWindow
 from .integrate import STEEPEST, GridSolution, log_slopes, on_edges, solve_grid
 from .normals import NormalMap
 from .triangulate import DepthMap, pixel_rays, surface_normals
@@ -99,17 +100,19 @@ def corrected_normals(
     means of unit normals would lean towards the camera where the geometry is noisy.
     """
     both = np.asarray(light.known & np.all(np.isfinite(geometry), axis=-1))
-    photometric = _smoothed(light.normals, rays, both, smooth_px)
-    geometric = _smoothed(geometry, rays, both, smooth_px)
-    return np.where(both[..., None], turned(light.normals, photometric, geometric), light.normals)
+    if not both.any():
+        return light.normals
+    window = GaussianWindow(both, smooth_px)
+    seen, ray = light.normals[both], rays[both]
+    normals = light.normals.copy()
+    normals[both] = turned(seen, _smoothed(seen, ray, window), _smoothed(geometry[both], ray, window))
+    return normals
 
 
-def _smoothed(normals: np.ndarray, rays: np.ndarray, known: np.ndarray, sigma: float) -> np.ndarray:
+def _smoothed(normals: Float[np.ndarray, "p 3"], rays: Float[np.ndarray, "p 3"], window: GaussianWindow) -> np.ndarray:
     toward = np.abs((normals * rays).sum(-1, keepdims=True))
-    vectors = np.where(known[..., None], normals / np.maximum(toward, STEEPEST), 0.0)
-    blurred = np.stack([ndimage.gaussian_filter(vectors[..., i], sigma) for i in range(3)], -1)
-    length = np.linalg.norm(blurred, axis=-1, keepdims=True)
-    return np.where(known[..., None], blurred / np.maximum(length, 1e-12), np.array([0.0, 0.0, -1.0]))
+    blurred = window.at_pixels(window.sums(normals / np.maximum(toward, STEEPEST)))
+    return blurred / np.maximum(np.linalg.norm(blurred, axis=-1, keepdims=True), 1e-12)
 
 
 def turned(

@@ -1,12 +1,13 @@
 """Depth from normals on a grid with holes: least squares, by conjugate gradients behind a cosine transform."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float
 from scipy import fft, ndimage
 
+from .._kernels._spread import cores
 from ..camera import Camera
 from ..errors import BadInput
 
@@ -50,6 +51,13 @@ def solve_grid(
     """
     if not (weight > 0).any() or not any((s > 0).any() for s in slope_weights):
         raise BadInput("integration: no pixel has any weight")
+    shape = weight.shape
+    more = [fft.next_fast_len(size) - size for size in shape]
+    target, weight = (np.pad(image, ((0, more[0]), (0, more[1]))) for image in (target, weight))
+    slopes, slope_weights = (
+        (np.pad(across, ((0, more[0]), (0, more[1]))), np.pad(down, ((0, more[0]), (0, more[1]))))
+        for across, down in (slopes, slope_weights)
+    )
     empty = ~(weight > 0)
     usual = float(np.median(np.concatenate([s[s > 0] for s in slope_weights])))
     slope_weights = (
@@ -66,7 +74,8 @@ def solve_grid(
     floor = 1e-9 * max(s.max() for s in slope_weights)
     inverse = _screened_poisson(weight.shape, float(weight.mean()) + floor, *(float(s.mean()) for s in slope_weights))
     start = np.where(empty, float(np.average(target, weights=weight)), target)
-    return _conjugate_gradients(system, inverse, right, start, tolerance, limit)
+    found = _conjugate_gradients(system, inverse, right, start, tolerance, limit)
+    return replace(found, values=found.values[: shape[0], : shape[1]])
 
 
 def _divergence(across: np.ndarray, down: np.ndarray) -> np.ndarray:
@@ -81,13 +90,14 @@ def _divergence(across: np.ndarray, down: np.ndarray) -> np.ndarray:
 
 def _screened_poisson(shape: tuple[int, int], screen: float, across: float, down: float) -> Callable:
     h, w = shape
+    workers = cores()
     eigenvalues = screen + across * (2 - 2 * np.cos(np.pi * np.arange(w) / w))
     eigenvalues = eigenvalues[None] + down * (2 - 2 * np.cos(np.pi * np.arange(h) / h))[:, None]
     eigenvalues[0, 0] = max(eigenvalues[0, 0], 1e-12 * eigenvalues.max())
 
     def inverse(residual: np.ndarray) -> np.ndarray:
-        spectrum = np.asarray(fft.dctn(residual, norm="ortho"))
-        return np.asarray(fft.idctn(spectrum / eigenvalues, norm="ortho"))
+        spectrum = np.asarray(fft.dctn(residual, norm="ortho", workers=workers))
+        return np.asarray(fft.idctn(spectrum / eigenvalues, norm="ortho", workers=workers))
 
     return inverse
 

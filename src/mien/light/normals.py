@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float
-from scipy import ndimage
 
 from .._kernels import photometric as kernel
 from .._kernels._spread import spread
 from ..errors import BadInput
+from ..image_space.window import GaussianWindow
 from .patterns import PatternSet
 
 LAMBERT = 2.0 / 3.0
@@ -95,21 +95,31 @@ def without_highlights(
     told = np.arctan2((geometry * across).sum(-1), (geometry * sight).sum(-1))
     matt, mirrored = LAMBERT * np.sin(seen - told), np.sin(2 * told - seen)
     known = np.isfinite(matt + mirrored)
-    top = _windowed(np.where(known, matt * (matt + mirrored), 0.0), config.window_px)
-    bottom = _windowed(np.where(known, (matt + mirrored) ** 2, 0.0), config.window_px)
-    weight = _windowed(known.astype(float), config.window_px)
-    share = np.clip(top / np.maximum(bottom, config.least_slant * np.maximum(weight, 1e-6)), 0.0, config.most)
+    if not known.any():
+        return light
+    window = GaussianWindow(known, config.window_px)
+    m, r = matt[known], mirrored[known]
+    top, bottom, weight = np.moveaxis(window.sums(np.stack([m * (m + r), (m + r) ** 2, np.ones_like(m)], 1)), -1, 0)
+    told_by = np.clip(top / np.maximum(bottom, config.least_slant * np.maximum(weight, 1e-6)), 0.0, config.most)
+    share = GaussianWindow(light.known, config.window_px).at_pixels(told_by[..., None])[:, 0]
+    normals = light.normals.copy()
+    normals[light.known] = behind_highlight(seen[light.known], share, sight[light.known], across[light.known])
+    return NormalMap(normals, light.confidence, light.albedo)
+
+
+def behind_highlight(
+    seen: Float[np.ndarray, " p"],
+    share: Float[np.ndarray, " p"],
+    sight: Float[np.ndarray, "p 3"],
+    across: Float[np.ndarray, "p 3"],
+) -> Float[np.ndarray, "p 3"]:
+    """Normals at the angle from the sight that, mirrored light and all, is seen at `seen`."""
     angle = seen
     for _ in range(NEWTON_ROUNDS):
         off = (1 - share) * LAMBERT * np.sin(angle - seen) + share * np.sin(2 * angle - seen)
         slope = (1 - share) * LAMBERT * np.cos(angle - seen) + 2 * share * np.cos(2 * angle - seen)
         angle = np.clip(angle - off / np.maximum(slope, 0.1), 0.0, seen)
-    normals = np.cos(angle)[..., None] * sight + np.sin(angle)[..., None] * across
-    return NormalMap(np.where(light.known[..., None], normals, np.nan), light.confidence, light.albedo)
-
-
-def _windowed(values: Float[np.ndarray, "h w"], sigma: float) -> Float[np.ndarray, "h w"]:
-    return ndimage.gaussian_filter(values, sigma, truncate=3.0)
+    return np.cos(angle)[..., None] * sight + np.sin(angle)[..., None] * across
 
 
 @dataclass(frozen=True)

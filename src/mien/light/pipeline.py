@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from .._kernels._spread import side_by_side
 from ..errors import BadInput
 from .cut_out import Box, CutOut, lit_cutout
 from .decode_phase import decode_gray, decode_phase
@@ -94,7 +95,7 @@ def light_sources(
         pictures = images[view.name]
         check_signal(pictures, patterns, view.name, rig.gamma, config.decode)
     shown = [lit_cutout(images[view.name], view, patterns, config.decode) for view in views]
-    flows = [flow_between(cut.images, patterns, config) for cut in shown]
+    flows = side_by_side(lambda cut: flow_between(cut.images, patterns, config), shown)
     depth = base_geometry(shown, flows, patterns, rig, config)
     first = shown[0]
     if not patterns.of("gradient"):
@@ -150,8 +151,8 @@ def base_geometry(
 ) -> DepthMap:
     """Triangulated depth of the first camera's pixels."""
     views = [cut.view for cut in shown]
-    told = zip(shown, flows, strict=True)
-    decoded = [columns(cut.images, patterns, config.decode, flow) for cut, flow in told]
+    told = list(zip(shown, flows, strict=True))
+    decoded = side_by_side(lambda pair: columns(pair[0].images, patterns, config.decode, pair[1]), told)
     if len(views) > 1:
         depth = triangulate_pair(views[0], views[1], decoded[0], decoded[1], config.triangulate)
         if rig.projector is not None:
