@@ -1,9 +1,11 @@
 """What cannot be matched."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from blendshape_faces import LAYOUT, face_landmarks, face_map
-from mien.blendshapes.correspond.occlusion import openings, polygon, skin
+from mien.blendshapes.correspond.occlusion import openings, polygon, skin, wires, without
 
 
 def test_a_polygon_is_filled():
@@ -27,3 +29,27 @@ def test_eyes_holes_and_paint_are_no_skin():
     assert not free[iris[1], iris[0]]
     assert not free[painted].any()
     assert not free[~face_map().known].any()
+
+
+def test_rims_before_the_face_are_found_and_a_face_has_none():
+    marks = face_landmarks().pixels(LAYOUT)
+    assert not wires(face_map(), marks).any()
+    row, column = np.round(marks[168, ::-1]).astype(int)
+    rim = np.zeros(LAYOUT.shape, bool)
+    rim[row - 1 : row + 2, column - 45 : column + 45] = True
+    positions = face_map().positions.copy()
+    positions[rim] *= [1.15, 1, 1.15]
+    worn = replace(face_map(), positions=positions)
+    found = wires(worn, marks)
+    assert found[rim].mean() > 0.9
+    assert found.sum() < 2.5 * rim.sum()
+    assert not without(worn, found).known[rim & found].any()
+
+
+def test_a_map_without_pixels_knows_nothing_there():
+    gone = np.zeros(LAYOUT.shape, bool)
+    gone[100:110] = True
+    left = without(face_map(), gone)
+    assert not left.known[100:110].any()
+    assert (left.confidence[100:110] == 0).all()
+    np.testing.assert_array_equal(left.known[:100], face_map().known[:100])

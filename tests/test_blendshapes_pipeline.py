@@ -48,8 +48,8 @@ def test_corrections_by_hand_go_to_their_captures_and_a_bad_one_leaves_its_own_o
     seen = {}
 
     def noted(made):
-        def step(map_, *rest):
-            seen[map_.name] = (map_.known.sum(), rest[-1])
+        def step(map_, *_, by_hand, **__):
+            seen[map_.name] = (map_.known.sum(), by_hand)
             return made
 
         return step

@@ -16,7 +16,7 @@ from .expression import BuiltShape, NeutralFace, RigConfig
 
 def with_masks(neutral: NeutralFace, shapes: Sequence[BuiltShape], face: BundledFace, config: RigConfig) -> TexturedRig:
     """Delta shapes and textures with their masks (sec. 5, eq. 3)."""
-    masks, mesh = region_masks(face), neutral.artist.mesh
+    masks, mesh = {name: neutral.on_rig(mask) for name, mask in region_masks(face).items()}, neutral.mesh
     areas = mass(mesh.vertices, mesh.faces)
     regions = [regions_of(s.name, s.delta, masks, areas) if config.masks else tuple(masks) for s in shapes]
     deltas = [masked(s.delta, where, masks) for s, where in zip(shapes, regions, strict=True)]
@@ -32,10 +32,11 @@ def completed(
     textured: TexturedRig, neutral: NeutralFace, shapes: Sequence[BuiltShape], face: BundledFace, config: RigConfig
 ) -> TexturedRig:
     """The 52 ARKit shapes, pulled to the captures; captures of other names stay as targets of their own."""
-    mesh = neutral.artist.mesh
+    mesh = neutral.mesh
     examples = textured.rig.deltas
-    areas = mass(mesh.vertices, mesh.faces) * face.regions["face"] + 1e-6
-    found = complete_arkit(neutral.units, textured.captures, examples, areas, config.complete)
+    areas = mass(mesh.vertices, mesh.faces) * neutral.on_rig(face.regions["face"]) + 1e-6
+    units = np.moveaxis(neutral.on_rig(np.moveaxis(neutral.units, 0, 1)), 1, 0)
+    found = complete_arkit(units, textured.captures, examples, areas, config.complete)
     others = [i for i, name in enumerate(textured.captures) if name not in ARKIT_NAMES]
     names = (*ARKIT_NAMES, *(textured.captures[i] for i in others))
     rig = Rig(mesh, np.concatenate([found.deltas, examples[others]]), names, textured.rig.texture)

@@ -12,7 +12,7 @@ a picture of the map's size: what is black is as if the sensor had seen nothing 
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +25,7 @@ from ..flow import FlowConstraints
 from ..io.meshes.images import read_image
 from ..landmarks.detector import COUNT
 from .correspond.landmarks import MapLandmarks, landmarks_on_map
+from .correspond.occlusion import without
 from .cylinder_map import CylinderLayout, CylinderMap
 
 BLACK = 64
@@ -112,12 +113,7 @@ def without_painted(map_: CylinderMap, correction: Correction) -> CylinderMap:
     if painted.shape != map_.layout.shape:
         (h, w), (rows, columns) = map_.layout.shape, painted.shape
         raise BadInput(f"mask of {map_.name}: is {columns} x {rows} pixels; the map has {w} x {h}")
-    gone = painted[..., None]
-    nothing = np.float32(np.nan)
-    positions = np.where(gone, nothing, map_.positions)
-    colors = np.where(gone, nothing, map_.colors)
-    confidence = np.where(painted, np.float32(0), map_.confidence)
-    return replace(map_, positions=positions, colors=colors, confidence=confidence)
+    return without(map_, painted)
 
 
 def landmarks_by_hand(map_: CylinderMap, correction: Correction = NOTHING) -> MapLandmarks:

@@ -3,16 +3,18 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Literal
 
 from ..errors import BadInput
 from ..faces.bundled import BundledFace
+from ..mesh import Mesh
 from ..one_line import one_line
 from ..progress import SILENT, Progress
 from .assemble import completed, with_masks
 from .build.masks import TexturedRig
 from .captures import Capture
 from .corrections import NOTHING, Correction, without_painted
-from .expression import BuiltShape, NeutralFace, RigConfig, build_shape, neutral_face
+from .expression import BUNDLED, BuiltShape, NeutralFace, RigConfig, build_shape, neutral_face
 
 
 @dataclass(frozen=True)
@@ -37,10 +39,12 @@ def build_rig(
     config: RigConfig = RigConfig(),
     progress: Progress = SILENT,
     corrections: Mapping[str, Correction] = MappingProxyType({}),
+    on: Mesh | Literal["bundled", "auto"] = BUNDLED,
 ) -> BuiltRig:
     """The neutral on the artist mesh, then every expression on it, then masks; `arkit` completes the 52.
 
     corrections: by the captures' names, what is said by hand.
+    on: what the rig is made on (`neutral_face`).
 
     Raises:
         BadInput: the neutral cannot be used, or no capture bears its name. Another that cannot be used is left out.
@@ -49,7 +53,13 @@ def build_rig(
     progress.update("the neutral face", 0, 1)
     by_hand = corrections.get(neutral, NOTHING)
     rest = without_painted(named.pop(neutral), by_hand)
-    calm = neutral_face(rest, face, config, by_hand)
+    calm = neutral_face(
+        map_=rest,
+        face=face,
+        config=config,
+        by_hand=by_hand,
+        on=on,
+    )
     progress.update("the neutral face", 1, 1)
     shapes, left_out = [], []
     for done, (name, map_) in enumerate(named.items()):
@@ -57,7 +67,8 @@ def build_rig(
         by_hand = corrections.get(name, NOTHING)
         try:
             painted = without_painted(map_, by_hand)
-            shapes.append(build_shape(painted, calm, face, config, by_hand))
+            shape = build_shape(painted, calm, face, config, by_hand=by_hand)
+            shapes.append(shape)
         except BadInput as error:
             left_out.append(f"left out: {error}")
     progress.update("expressions", len(named), len(named))

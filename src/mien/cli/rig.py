@@ -1,5 +1,6 @@
 """`mien rig`: captures of a person's expressions to a rig whose textures blend with its shapes."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -8,11 +9,12 @@ from cyclopts import Parameter
 from ..blendshapes.build.rig_files import write_textured_rig
 from ..blendshapes.captures import find_captures, neutral_of
 from ..blendshapes.corrections import check_names, read_corrections
-from ..blendshapes.expression import RigConfig
+from ..blendshapes.expression import AUTO, BUNDLED, RigConfig
 from ..blendshapes.kept_captures import read_captures
-from ..blendshapes.pipeline import build_rig
+from ..blendshapes.pipeline import BuiltRig, build_rig
 from ..blendshapes.scan.pipeline import FusionConfig
 from ..faces.bundled import load_face
+from ..io.meshes import read_scan
 from ..landmarks.detector import require_landmarker
 from .bar import bar
 from .options import verb
@@ -25,6 +27,7 @@ def rig(
     *,
     output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("me.glb"),
     arkit: bool = False,
+    artist: str = BUNDLED,
     neutral: str | None = None,
     depth_scale: float | None = None,
     unit: str | None = None,
@@ -46,6 +49,9 @@ def rig(
         Where the rig goes (.glb, .usd).
     arkit
         All 52 ARKit shapes: the bundled face's, transferred and pulled to the captures.
+    artist
+        The rig's mesh: bundled (the whole head, eyes and teeth), auto (the neutral scan thinned, small triangles at
+        mouth and eyes), or a mesh with uv (.obj, .ply) that lies on what `mien scan` writes of the neutral.
     neutral
         The neutral capture, where its name does not say so.
     depth_scale
@@ -61,22 +67,25 @@ def rig(
     names = [path.stem for path in paths]
     calm = neutral_of(names, neutral)
     check_names(by_hand, names)
-    work = output.with_suffix(".work")
+    on = artist if artist in (BUNDLED, AUTO) else read_scan(Path(artist), "mm").mesh
     require_landmarker()
     with bar() as progress:
         read, lost = read_captures(
             paths=paths,
             neutral=calm,
-            work=work,
+            work=output.with_suffix(".work"),
             depth_scale=depth_scale,
             unit=unit,
             config=scan,
             progress=progress,
         )
-        face = load_face()
-        built = build_rig(read, calm, face, arkit, config, progress, by_hand)
+        built = build_rig(read, calm, load_face(), arkit, config, progress, by_hand, on)
     write_textured_rig(output, built.textured)
+    tell(built, lost, f"from {len(read)} captures; neutral: {calm}", output)
+
+
+def tell(built: BuiltRig, lost: Sequence[str], source: str, output: Path) -> None:
+    """What was left out, and what was made."""
     for line in [*lost, *built.left_out]:
         print(line)
-    count = len(built.textured.rig.names)
-    print(f"{output}: {count} shapes from {len(read)} captures; neutral: {calm}")
+    print(f"{output}: {len(built.textured.rig.names)} shapes {source}")

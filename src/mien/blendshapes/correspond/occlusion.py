@@ -1,17 +1,26 @@
 """What one scan shows and the other cannot: inside of the mouth, eyeballs, holes (Casas et al. 2016, sec. 4.3)."""
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 from jaxtyping import Bool, Float
 from PIL import Image, ImageDraw
-from scipy.ndimage import binary_dilation
+from scipy.ndimage import binary_dilation, find_objects, grey_opening, label
 
 from ...landmarks.detector import LOOPS
-from ..cylinder_map import CylinderMap
+from ..cylinder_map import CYLINDER, HALF_ARC_MM, CylinderMap, filled
 
 OPENINGS = ("lips_inner", "eye_left", "eye_right")
 """Loops of landmarks round what is no skin."""
 RIM_MM = 0.7
 """The masks reach so far beyond the loops."""
+
+WIRE_MM, BEFORE_MM = 8.0, 2.5
+"""What is thinner than this and stands so far before the face is no skin, if ..."""
+WIDE_MM = 30.0
+"""... it is wider than this, as a lens is. Some noses' ridges and wings stand out as far."""
+SIDE_DEG = 88.0
 
 
 def openings(map_: CylinderMap, pixels: Float[np.ndarray, "478 2"]) -> Bool[np.ndarray, "h w"]:
@@ -22,6 +31,36 @@ def openings(map_: CylinderMap, pixels: Float[np.ndarray, "478 2"]) -> Bool[np.n
         if np.isfinite(corners).all():
             mask |= polygon(corners, map_.layout.shape)
     return binary_dilation(mask, iterations=max(1, round(RIM_MM / map_.layout.pixel_mm)))
+
+
+def wires(map_: CylinderMap, pixels: Float[np.ndarray, "478 2"]) -> Bool[np.ndarray, "h w"]:
+    """Thin things before the face, such as the rims of glasses: what an opening of the surface takes away.
+
+    Not round the mouth, whose lips are thin, nor beyond `SIDE_DEG` from the front, where ears are.
+    """
+    layout, rows = map_.layout, map_.layout.shape[0]
+    radius = np.hypot(map_.positions[..., 0] - CYLINDER.x, map_.positions[..., 2] - CYLINDER.z)
+    whole = filled(radius[..., None])[..., 0]
+    side = max(3, round(WIRE_MM / layout.pixel_mm))
+    before = whole - grey_opening(whole, size=(side, side)) > BEFORE_MM
+    across = (np.arange(layout.shape[1]) * layout.pixel_mm - HALF_ARC_MM) / CYLINDER.radius
+    before &= np.abs(across) < np.radians(SIDE_DEG)
+    lips = pixels[list(LOOPS["lips_outer"])]
+    if np.isfinite(lips).all():
+        reach = round(WIRE_MM / layout.pixel_mm)
+        top, bottom = np.clip([lips[:, 1].min() - reach, lips[:, 1].max() + reach], 0, rows).astype(int)
+        before[top:bottom] = False
+    parts: Any = label(before)
+    wide = [part[1].stop - part[1].start > WIDE_MM / layout.pixel_mm for part in find_objects(parts[0])]
+    kept = np.isin(parts[0], 1 + np.flatnonzero(wide))
+    return binary_dilation(kept, iterations=max(1, round(RIM_MM / layout.pixel_mm)))
+
+
+def without(map_: CylinderMap, gone: Bool[np.ndarray, "h w"]) -> CylinderMap:
+    """The map as if some pixels had not been seen."""
+    nothing = np.float32(np.nan)
+    positions, colors = (np.where(gone[..., None], nothing, image) for image in (map_.positions, map_.colors))
+    return replace(map_, positions=positions, colors=colors, confidence=np.where(gone, np.float32(0), map_.confidence))
 
 
 def skin(
