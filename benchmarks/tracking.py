@@ -46,6 +46,7 @@ PAPER = {
     "incremental PCA": 3.0,
     "standing errors": None,
     "appearance": None,
+    "skin motion": None,
     "weights anew": None,
 }
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import tracking_stage as stage
-from mien.landmarks.on_rig import FEATURES
+from mien.landmarks.on_rig import BROWS, FEATURES, OUTER_LIPS
 from mien.solve import kalman
 from mien.tracking.fit import FitResult
 from mien.tracking.preprocess_frame import FrameObservation
@@ -19,6 +19,7 @@ from mien.tracking.stages import (
     initial_blendshapes,
     learn_appearance,
     learn_correctives,
+    learn_skin_motion,
     learn_standing_errors,
     observed_frame,
     output_deformation,
@@ -164,6 +165,16 @@ def test_correctives_are_learnt_from_what_lies_outside(context):
     assert rms(model, sample - found.correctives.project(sample)) < 0.1 * rms(model, sample)
     silent = replace(eager, config=replace(config, correctives=False))
     assert not learn_correctives(silent, sample, model.neutral + sample, initial_state(silent)).learnt
+
+
+def test_the_pose_is_measured_on_skin_that_was_seen_to_keep_still(context, moment):
+    state, _, truth, _ = moment
+    moved = learn_skin_motion(context, context.model.blend(truth), state)
+    assert moved.frames == 1
+    say = moved.pose_weights(context.model.share) / context.model.share
+    near = np.linalg.norm(context.model.features(context.model.neutral)[:, None] - context.model.neutral, axis=2)
+    mouth, brow = near[FEATURES.index(OUTER_LIPS[0])].argmin(), near[FEATURES.index(BROWS[0])].argmin()
+    assert say[mouth] < 0.5 * say[brow]
 
 
 def test_the_skin_is_remembered(context, moment):

@@ -58,8 +58,13 @@ def fit_blendshapes(
     config: BlendshapeFitConfig = BlendshapeFitConfig(),
     rigid: RigidConfig = RigidConfig(),
     reference: Reference | None = None,
+    pose_weights: Float32[np.ndarray, " f"] | None = None,
 ) -> FitResult:
-    """Alternate correspondences and box-constrained solves, from the last frame's weights and this frame's pose."""
+    """Alternate correspondences and box-constrained solves, from the last frame's weights and this frame's pose.
+
+    Args:
+        pose_weights: what each vertex counts when the pose is measured anew; its share of the area if not given.
+    """
     x, error, covered, breach = weights, np.nan, 0.0, 0.0
     vertices = model.blend(x)
     normals = track.vertex_normals(vertices, model.faces)
@@ -85,7 +90,8 @@ def fit_blendshapes(
         motion[:3] /= LEVER
         T_camera_face = moved(T_camera_face, motion, centre)
         if match is not None and config.refine_pose_mm:
-            T_camera_face = refine_pose(model, vertices, match, T_camera_face, config)
+            says = model.share if pose_weights is None else pose_weights
+            T_camera_face = refine_pose(model, vertices, match, T_camera_face, says, config)
     return FitResult(x, T_camera_face, error, covered, breach, None if match is None else match.weight)
 
 
@@ -94,12 +100,13 @@ def refine_pose(
     vertices: Float32[np.ndarray, "f 3"],
     match: DepthCorrespondences,
     T_camera_face: Transform,
+    pose_weights: Float32[np.ndarray, " f"],
     config: BlendshapeFitConfig,
 ) -> Transform:
-    """One ICP step of the fitted face, measured on the vertices that expressions move least."""
+    """One ICP step of the fitted face, each vertex with its weight."""
     points = track.place(vertices, T_camera_face.rotation, T_camera_face.translation)
     centre = T_camera_face.apply(model.centre[None])[0]
-    weight = match.weight * model.pose_weights
+    weight = match.weight * pose_weights
     A, b, _, _ = icp.rigid_system(points, match.found, match.plane, weight, centre, config.refine_pose_mm)
     return moved(T_camera_face, pose_step(A, b), centre)
 

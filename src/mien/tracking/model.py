@@ -54,8 +54,6 @@ class TrackingModel:
     """What each shape does to them."""
     centre: Float[np.ndarray, " 3"]
     """Middle of the front, face space, mm: what the head's small turns are about."""
-    pose_weights: Float32[np.ndarray, " f"]
-    """Share times how little the shapes move a vertex along its normal: what the head's pose is measured on."""
     size: Float[np.ndarray, " k"]
     """How far each shape moves the front, mm root mean square."""
     prior: WeightPrior
@@ -119,7 +117,6 @@ def tracking_model(rig: Rig, landmarks: LandmarkMap, reach: float = 45.0) -> Tra
         landmark_neutral=np.ascontiguousarray(landmarks.attachment.points(mesh)),
         landmark_basis=_landmark_basis(rig, landmarks),
         centre=mesh.vertices[front].mean(0),
-        pose_weights=_pose_weights(rig, front, area),
         size=np.sqrt(np.einsum("f,fdk->k", share, basis.astype(np.float64) ** 2)),
         prior=weight_prior(rig.names),
         scale_mm=_eye_span(landmarks, mesh),
@@ -158,14 +155,6 @@ def _fade(faces: np.ndarray, rim: np.ndarray, rings: int = 3) -> np.ndarray:
         reached = np.minimum(near @ reached, 1.0)
         fade = np.where((reached > 0) & (fade == 1), ring / rings, fade)
     return fade.astype(np.float32)
-
-
-def _pose_weights(rig: Rig, front: np.ndarray, area: np.ndarray, still: float = 2.0) -> np.ndarray:
-    """Weights that add up to 1 and halve where the shapes together move a vertex by `still` mm along its normal."""
-    normals = vertex_normals(rig.neutral.vertices, rig.neutral.faces)[front]
-    along = np.sqrt((np.einsum("kfd,fd->kf", rig.deltas[:, front], normals) ** 2).sum(0))
-    weights = area / (1 + (along / still) ** 2)
-    return (weights / weights.sum()).astype(np.float32)
 
 
 def _landmark_basis(rig: Rig, landmarks: LandmarkMap) -> np.ndarray:

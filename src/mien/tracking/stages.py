@@ -18,6 +18,7 @@ from .model import TrackingModel
 from .preprocess_frame import FrameObservation, preprocess_frame, scores_of
 from .rigid import RigidResult, align, correspond, damp_pose
 from .terms.photometric import learn_reference
+from .terms.skin_motion import SkinMotion, learn_motion
 from .tracker_context import TrackerContext, TrackState, timed
 
 SHORTEST = 1e-3
@@ -100,7 +101,10 @@ def initial_blendshapes(
     last = None if state.lost else state.weights
     before = np.zeros(context.model.shapes) if last is None else np.clip(last.values, 0, 1)
     fitting = first_frame_fit(config.fit) if last is None else config.fit
-    fit = fit_blendshapes(context.model, observation, before, T_camera_face, fitting, config.rigid, state.reference)
+    still = state.motion.pose_weights(context.model.share)
+    fit = fit_blendshapes(
+        context.model, observation, before, T_camera_face, fitting, config.rigid, state.reference, still
+    )
     if last is None or not config.smooth:
         return fit, filters.start(fit.weights, config.kalman)
     filtered = filters.step(last, fit.weights, max(time - state.time, SHORTEST), config.kalman)
@@ -214,6 +218,12 @@ def learn_appearance(context: TrackerContext, observation: FrameObservation, v1,
         fit.T_camera_face,
         context.config.fit.photometric,
     )
+
+
+@timed("skin motion")
+def learn_skin_motion(context: TrackerContext, v1, state: TrackState) -> SkinMotion:
+    """Remember how far the skin has moved, for the pose of the frames to come."""
+    return learn_motion(state.motion, v1 - context.model.neutral)
 
 
 @timed("weights anew")

@@ -16,6 +16,7 @@ from .stages import (
     initial_blendshapes,
     learn_appearance,
     learn_correctives,
+    learn_skin_motion,
     learn_standing_errors,
     observed_frame,
     output_deformation,
@@ -59,7 +60,6 @@ def step(
     learning = learn_correctives(context, sample, v4, state)
     bias, baseline = learn_standing_errors(context, observation, v3, fit, state)
     reference = learn_appearance(context, observation, v1, fit, state)
-    weights = weights_anew(context, v4, fit.weights)
     after = replace(
         state,
         T_camera_face=damped(context, state, fit.T_camera_face),
@@ -69,6 +69,7 @@ def step(
         landmark_bias=bias,
         baseline=baseline,
         reference=reference,
+        motion=learn_skin_motion(context, v1, state),
         lost=False,
         time=frame.time,
     )
@@ -76,7 +77,7 @@ def step(
         tracked=True,
         T_camera_face=after.T_camera_face,
         fitted=fit.weights,
-        weights=weights,
+        weights=weights_anew(context, v4, fit.weights),
         blend=v1,
         vertices=v4,
         error=rigid.error,
@@ -131,5 +132,6 @@ def finite(state: TrackState) -> bool:
     """Whether the next frame can go on from here."""
     pose, weights = state.T_camera_face, state.weights
     numbers = [pose.rotation, pose.translation, state.vertices, state.landmark_bias.moments, state.baseline.level]
+    numbers.append(state.motion.squares)
     numbers += [] if weights is None else [weights.mean, weights.covariance]
     return all(np.isfinite(part).all() for part in numbers)

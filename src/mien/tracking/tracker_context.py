@@ -9,6 +9,7 @@ from typing import ParamSpec, Protocol, TypeVar, runtime_checkable
 import numpy as np
 from jaxtyping import Float, Float32
 
+from .._kernels import track
 from ..camera import Camera
 from ..solve.incremental_pca import IncrementalPca, IncrementalPcaConfig
 from ..solve.kalman import KalmanConfig, KalmanState
@@ -21,6 +22,7 @@ from .reproject_weights import WeightReprojection
 from .rigid import RigidConfig
 from .terms.fit_config import BlendshapeFitConfig
 from .terms.photometric import Reference, no_reference
+from .terms.skin_motion import SkinMotion, no_motion
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -137,6 +139,8 @@ class TrackState:
     """Standing errors of the landmarker's scores."""
     reference: Reference
     """What the skin showed in the first frames."""
+    motion: SkinMotion
+    """How far the skin has moved."""
     lost: bool
     time: float
     """Seconds, of the last frame."""
@@ -181,6 +185,7 @@ def initial_state(context: TrackerContext) -> TrackState:
         landmark_bias=no_bias(config.landmark_bias),
         baseline=no_baseline(model.shapes),
         reference=no_reference(len(model.front), config.fit.photometric),
+        motion=no_motion(track.vertex_normals(model.neutral, model.faces)),
         lost=True,
         time=-np.inf,
     )
