@@ -16,7 +16,7 @@ from mien.io.markers import READERS
 from mien.io.meshes import write_mesh
 from mien.io.performances import READ
 from mien.rgbd import VIDEO_SUFFIXES
-from mien.viewer import open_files
+from mien.viewer import open_files, take_film
 from test_io_rigs import folder_of
 
 EVERY = [kind for kind in vars(kinds).values() if isinstance(kind, kinds.Kind)]
@@ -89,7 +89,7 @@ def test_commands_are_verbs_that_exist(kind):
 
 def test_suffixes_are_those_that_the_readers_take():
     """`kinds` names them itself, so that a command starts before readers are imported."""
-    assert set(kinds.FILMS) == set(VIDEO_SUFFIXES) >= set(open_files.FILMS)
+    assert set(kinds.FILMS) == set(VIDEO_SUFFIXES) >= set(take_film.PLAYED)
     assert set(kinds.FACES) == set(READ)
     assert set(kinds.TABLES) | {".c3d", ".trc"} == set(READERS)
 

@@ -25,6 +25,8 @@ GALLERY = {
     "blender.png": ("A performance in Blender 5, rendered by Cycles", "make test-clients"),
     "studio.png": ("The page: a face, its sliders, its curves with corrections", PAGE),
     "studio_compare.png": ("Two performances, coloured by how far apart they are", PAGE),
+    "studio_markers.png": ("Markers, and where each sits on the skin", PAGE),
+    "studio_map.png": ("A capture's map: its landmarks, one moved by hand", PAGE),
     "studio_scans.png": ("A point that is the same on two scans", PAGE),
     "rgbd.png": ("Colour, depth and the tracked face at moments of a film", "mien demo rgbd"),
 }

@@ -7,8 +7,12 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from playwright.sync_api import sync_playwright
 
+from mien.blendshapes.captures import capture_of_mesh
+from mien.blendshapes.map_file import write_map
+from mien.clip import Markers
 from mien.faces import load_face
-from mien.io.gltf import write_performance
+from mien.io.gltf import read_performance, write_performance
+from mien.io.markers import write_c3d
 from mien.io.meshes import write_mesh
 from mien.rig import Performance
 from mien.stage import make_performer, make_skin, scan, scripted
@@ -29,6 +33,13 @@ PLAYED = """studio.stage.frame('right'); studio.edits.key('jawOpen', 7.0, 0.3); 
 studio.edits.mark(9.2, 9.6); studio.choose(studio.current.face.names.indexOf('jawOpen'));"""
 CLICKS = ((243, 408), (679, 388))
 """Places of the window, by turns on the left scan and on the right."""
+
+SEATED = "studio.stage.frame('right'); studio.markers.take(12)"
+MARKED = "studio.map.open.press(true); studio.map.said.landmarks[61] = [288, 353]; studio.map.show()"
+READY = "window.studio && Promise.all([studio.markers?.ready, studio.map?.ready]).then(() => true)"
+
+SPOTS = [(x, y, 110 - 0.007 * x * x) for y in range(-80, 81, 20) for x in range(-60, 61, 20)]
+"""Before the face, mm: a marker is on the skin nearest to each."""
 
 BESIDE = """document.querySelector('#surface').value = '2';
 document.querySelector('#surface').dispatchEvent(new Event('change')); studio.stage.frame('left');"""
@@ -61,6 +72,28 @@ def scanned(folder: Path) -> list[Path]:
     return paths
 
 
+def marked(folder: Path, performance: Performance) -> Path:
+    """A take of markers spread over the face's skin, 7 mm above it."""
+    rest = performance.rig.neutral.vertices
+    skin = load_face().parts["skin"]
+    face = skin[load_face().regions["face"][skin] > 0.5]
+    chosen = face[[np.argmin(np.linalg.norm(rest[face] - spot, axis=1)) for spot in SPOTS]]
+    places = np.stack([performance.rig.vertices(weights)[chosen] for weights in performance.weights])
+    places += 7 * places / np.linalg.norm(places, axis=2, keepdims=True)
+    world = np.stack([performance.T_world_face[t].apply(at) for t, at in enumerate(places)])
+    write_c3d(folder / "take.c3d", Markers(world, tuple(f"M{m}" for m in range(len(chosen))), RATE))
+    return folder / "take.c3d"
+
+
+def mapped(folder: Path) -> Path:
+    """The map of a staged scan."""
+    skin = make_skin(make_performer(1))
+    weights = np.zeros(len(load_face().rig.names))
+    weights[load_face().rig.index("mouthSmileLeft")] = 0.8
+    write_map(folder / "smile.exr", capture_of_mesh(scan(skin, weights, seed=1, name="smile").scan, 0.5).map)
+    return folder / "smile.exr"
+
+
 def shoot(chromium, files: list[Path], script: str, picture: Path, clicks: tuple[tuple[int, int], ...] = ()) -> None:
     """Open files in the page, run a script there, click, and take the picture."""
     shown, films = gather(files)
@@ -68,7 +101,7 @@ def shoot(chromium, files: list[Path], script: str, picture: Path, clicks: tuple
     page = chromium.new_page(viewport=WINDOW)
     page.set_default_timeout(PATIENCE_MS)
     page.goto(server.address)
-    page.wait_for_function("window.studio")
+    page.wait_for_function(READY)
     page.evaluate(f"{script}; if (studio.clock.duration) studio.clock.seek({FRAME})")
     for x, y in clicks:
         page.mouse.click(x, y)
@@ -80,7 +113,7 @@ def shoot(chromium, files: list[Path], script: str, picture: Path, clicks: tuple
 
 
 def main(folder: Path) -> None:
-    """Write studio.png, studio_compare.png and studio_scans.png."""
+    """Write studio.png, and studio_compare, _scans, _markers and _map."""
     with TemporaryDirectory() as place, sync_playwright() as driver:
         work = Path(place)
         perf, scans = staged(work), scanned(work)
@@ -88,6 +121,9 @@ def main(folder: Path) -> None:
         shoot(chromium, [perf], PLAYED, folder / "studio.png")
         shoot(chromium, [perf, work / "softer.glb"], BESIDE, folder / "studio_compare.png")
         shoot(chromium, scans, "", folder / "studio_scans.png", CLICKS)
+        take = marked(work, read_performance(perf))
+        shoot(chromium, [perf, take], SEATED, folder / "studio_markers.png")
+        shoot(chromium, [mapped(work)], MARKED, folder / "studio_map.png")
         chromium.close()
 
 

@@ -96,6 +96,7 @@ DEPTH_TAKE = Kind(
         ("mien scan FILE -o scan.ply", "a held expression to one scan"),
         ("mien stream FILE --rig rig.glb --vmc 127.0.0.1:39539", "track it, and send"),
         ("mien rig captures/ -o me.glb", "a rig of several such takes"),
+        ("mien view perf.glb FILE", "its pictures beside the face that was tracked in it"),
     ),
 )
 SCANS_FOLDER = Kind(
@@ -110,7 +111,13 @@ SCANS_FOLDER = Kind(
     ),
 )
 LIGHT_TAKE = Kind("a take of active light", (("mien decode FILE -o scan.exr", "a detailed scan"),))
-MAP = Kind("a map of a surface", (("mien rig FOLDER -o me.glb", "a rig of the folder of maps that it lies in"),))
+MAP = Kind(
+    "a map of a surface",
+    (
+        ("mien rig FOLDER -o me.glb", "a rig of the folder of maps that it lies in"),
+        ("mien view FILE", "move its landmarks, pin points, paint out what must not count"),
+    ),
+)
 
 
 def kind_of(path: Path) -> Kind | None:

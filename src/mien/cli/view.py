@@ -35,7 +35,7 @@ def view(
     ----------
     files
         Performances and rigs (.glb), scans (.ply, .obj, .stl), side by side; over them the markers (.c3d, .trc, .csv)
-        and the video (.mp4) that a performance comes from.
+        and the video (.mp4) or RGB-D take (a folder, .r3d, .bag) that a performance comes from.
     export
         Write the page into this folder instead: it opens without a server, and can be mailed.
     host

@@ -21,6 +21,7 @@ from ..mesh import Scan
 from ..rig import Performance, Rig
 from ..units import parse_unit
 from .studio_scene import Film, Shown
+from .take_film import PLAYED, RECORDED, film_of, has_film
 from .worst_regions import is_record, read_regions, scans_to_mend
 
 SCANS = (".ply", ".obj", ".stl")
@@ -28,8 +29,6 @@ MAP = ".exr"
 """A capture laid out, as `mien scan -o smile.exr` writes it."""
 MAP_STEP = 2
 """Every so many pixels of a map is a vertex of what is shown."""
-FILMS = (".mp4", ".webm", ".mov", ".m4v")
-"""Of the films that are read those that a browser plays."""
 
 
 def gather(
@@ -47,8 +46,8 @@ def gather(
     shown, films = [], []
     for file in _named(files, record):
         suffix = file.suffix.lower()
-        if suffix in FILMS:
-            films.append(Film(file.name, file))
+        if has_film(file):
+            films.append(film_of(file))
         elif suffix in READERS:
             shown.append(Shown(file.name, read_marker_file(file, units, as_filed=True).markers, file))
         else:
@@ -64,7 +63,7 @@ def _named(files: Sequence[Path], record: Path | None) -> list[Path]:
     """The files to open: beside a registration's record a folder stands for its two scans that most need mending."""
     found = []
     for file in map(existing, files):
-        if record is not None and file.is_dir():
+        if record is not None and file.is_dir() and not has_film(file):
             found += scans_to_mend(record, file, SCANS)
         elif file != record:
             found.append(file)
@@ -114,5 +113,5 @@ def open_face(file: Path, units: str | None = None) -> Performance | Rig | Scan:
         return read_any_rig(file)
     if kind is Scan or suffix in SCANS:
         return read_scan(file, units)
-    known = ", ".join((*READ, *SCANS, MAP, *READERS, *FILMS))
+    known = ", ".join((*READ, *SCANS, MAP, *READERS, *PLAYED, *RECORDED))
     raise BadInput(f"{file}: is nothing that can be shown; give one of {known}")
