@@ -1,10 +1,12 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from detail_patch import bent, marker_places, patch, training, wrinkled
 from mien.detail.base_mesh import BaseConfig
 from mien.detail.fit import DetailConfig, fit_detail
-from mien.detail.synthesize import SynthesisConfig, Synthesizer
+from mien.detail.synthesize import SynthesisConfig, Synthesizer, at_vertices
 from mien.mesh import closest_point
 
 
@@ -57,3 +59,20 @@ def test_frames_in_threads_are_the_frames_one_by_one(model):
         alone = synthesizer.frame(frame)
         np.testing.assert_array_equal(one.vertices, alone.vertices)
         np.testing.assert_array_equal(one.fine, alone.fine)
+
+
+def test_coefficients_of_other_markers_are_not_mixed(model):
+    """The right half of the map hangs on a triangle far away, with coefficients that mean nothing elsewhere."""
+    detail, uv = model.medium, model.base.uv
+    field = Synthesizer(model)._medium.field
+    right = detail.texels.pixels % detail.texels.size >= detail.texels.size // 2
+    far = int(field.triangle[uv[:, 0].argmin()])
+    coefficients = np.ones_like(detail.polynomial.coefficients)
+    coefficients[right] = 1000.0
+    map_field = replace(detail.field, triangle=np.where(right, far, detail.field.triangle))
+    changed = replace(detail, field=map_field, polynomial=replace(detail.polynomial, coefficients=coefficients))
+    driven = at_vertices(changed, field, uv)
+    read = driven.polynomial.coefficients[:, 0, 0]
+    assert set(np.unique(read.round(3))) == {1.0, 1000.0}
+    assert (driven.field.triangle[read > 500] == far).all()
+    assert (driven.field.triangle[read < 500] == field.triangle[read < 500]).all()

@@ -62,6 +62,5 @@ def test_the_shader_finds_what_the_library_finds(played, tmp_path):
     np.testing.assert_allclose(texels[:, :3], made.vertices, atol=0.1)
     assert np.sqrt(((texels[:, :3] - made.vertices) ** 2).mean()) < 0.01
     vectors = model.domain.vectors(drive.positions)[4]
-    field = Synthesizer(model)._medium.field
-    expected = at_vertices(model.fine, model.base.uv).evaluate(field.parameters(vectors))[:, 0]
+    expected = at_vertices(model.fine, Synthesizer(model)._medium.field, model.base.uv).values(vectors)[:, 0]
     np.testing.assert_allclose(texels[:, 3], expected, atol=2e-3)

@@ -6,16 +6,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
-from jaxtyping import Float, Float32
+from jaxtyping import Float, Float32, Int
 
 from ..mesh import Attachment, Mesh, loop_subdivide
 from ..mesh.subdivide import Refinement
 from ..pictures.color import to_srgb
-from .fields import DetailMap, DrivenMap, parameter_field
+from .fields import DetailMap, DrivenMap, ParameterField, parameter_field
 from .fit import DetailModel
 from .polynomial import PolynomialMap
-from .texture_space import sample, tangent_frames, texture_gradients, with_gutter
+from .texture_space import four_texels, tangent_frames, texture_gradients
 
+OTHER_MARKERS = 0.75
+"""Difference of two points' shares in markers (0: the same, 2: none in common) from which they hang on others."""
+LEAST_SHARE = 1e-3
+"""Of a vertex's four texels, below which none of them counts."""
 AHEAD = 4
 """Frames that may be under way at once, so that memory does not grow with the take."""
 
@@ -65,13 +69,13 @@ class Synthesizer:
         places = vertex_attachment(dense, model, S)
         field = parameter_field(model.domain, model.base, model.attachment, places)
         assert dense.uv is not None
-        self._medium = DrivenMap(field, at_vertices(model.medium, dense.uv))
+        self._medium = at_vertices(model.medium, field, dense.uv)
         self._fine = None
         if model.fine is not None and config.fine_vertices:
-            self._fine = DrivenMap(field, at_vertices(model.fine, dense.uv))
+            self._fine = at_vertices(model.fine, field, dense.uv)
         self._colors = None
         if model.reflectance is not None and config.colors:
-            self._colors = DrivenMap(field, at_vertices(model.reflectance, dense.uv))
+            self._colors = at_vertices(model.reflectance, field, dense.uv)
         self._response = np.ascontiguousarray(model.shell.response, np.float32)
         self._rest = model.base.vertices.astype(np.float32)
 
@@ -136,10 +140,34 @@ def vertex_attachment(dense: Mesh, model: DetailModel, S: sp.spmatrix) -> Attach
     return Attachment(np.repeat(faces, 3)[first], corners.reshape(-1, 3)[first])
 
 
-def at_vertices(detail: DetailMap, uv: Float[np.ndarray, "n 2"]) -> PolynomialMap:
-    """A map's coefficients at vertices, bilinear between texels; unreliable texels take their surroundings' value."""
-    coefficients = np.where(detail.unreliable[:, None, None], np.nan, detail.polynomial.coefficients)
-    if np.isnan(coefficients).all():
-        coefficients = detail.polynomial.coefficients
-    read = sample(with_gutter(detail.texels.image(coefficients)), uv)
-    return PolynomialMap(np.ascontiguousarray(read, np.float32), detail.polynomial.order, np.ones(len(uv), bool))
+def at_vertices(detail: DetailMap, field: ParameterField, uv: Float[np.ndarray, "n 2"]) -> DrivenMap:
+    """A map at vertices: coefficients bilinear between texels; unreliable texels take their surroundings'.
+
+    Coefficients mean something under their own texel's parameters alone, and those jump where the nearest marker
+    changes beyond the outermost ones. A texel that hangs on other markers than the vertex is left out of its mean; a
+    vertex whose texels all do takes the nearest one's parameters with its coefficients.
+    """
+    usable = ~detail.unreliable
+    usable = usable if usable.any() else np.ones(len(usable), bool)
+    texels, shares = four_texels(detail.texels, usable, uv)
+    nearest = texels[np.arange(len(uv)), shares.argmax(axis=1)]
+    apart = np.stack([_apart(field, detail.field, column) for column in texels.T], 1)
+    shares = shares * (apart < OTHER_MARKERS)
+    alone = shares.sum(axis=1) < LEAST_SHARE
+    texels[alone] = nearest[alone, None]
+    shares[alone] = 1.0
+    shares = (shares / shares.sum(axis=1, keepdims=True)).astype(np.float32)
+    known = detail.polynomial.coefficients
+    read = sum(share[:, None, None] * known[column] for share, column in zip(shares.T, texels.T, strict=True))
+    triangle = np.where(alone, detail.field.triangle[nearest], field.triangle)
+    weights = np.where(alone, detail.field.weights[:, nearest], field.weights)
+    polynomial = PolynomialMap(np.ascontiguousarray(read), detail.polynomial.order, np.ones(len(uv), bool))
+    return DrivenMap(replace(field, triangle=triangle, weights=np.ascontiguousarray(weights)), polynomial)
+
+
+def _apart(field: ParameterField, of_map: ParameterField, texels: Int[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+    """How much the shares of their markers differ between each vertex and a texel: 0 to 2."""
+    here, there = field.corners[field.triangle], of_map.corners[of_map.triangle[texels]]
+    mine, other = (np.column_stack([w.T, 1 - w.sum(axis=0)]) for w in (field.weights, of_map.weights[:, texels]))
+    common = ((here[:, :, None] == there[:, None, :]) * mine[:, :, None]).sum(axis=1)
+    return np.abs(other - common).sum(axis=1) + 1 - common.sum(axis=1)

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from scipy import ndimage
 
 from ..errors import BadInput
@@ -113,21 +113,31 @@ def with_gutter(image: Float[np.ndarray, "h w *c"]) -> Float[np.ndarray, "h w *c
 def resampling(mesh: Mesh, known: Texels, wanted: Texels) -> sp.csr_matrix:
     """The matrix (q, p) that reads values at the texels of one map, bilinear, at those of another."""
     assert mesh.uv is not None
-    numbers = np.full((known.size, known.size), np.nan)
-    numbers.flat[known.pixels] = np.arange(len(known.pixels))
-    numbers = with_gutter(numbers).astype(np.int64)
     corners = mesh.uv[mesh.faces[wanted.attachment.faces]]
     uv = np.einsum("pc,pcd->pd", wanted.attachment.barycentric, corners)
+    columns, parts = four_texels(known, np.ones(len(known.pixels), bool), uv)
+    count = len(uv)
+    shape = (count, len(known.pixels))
+    start = np.arange(0, 4 * count + 1, 4)
+    return sp.csr_matrix((parts.ravel().astype(np.float32), columns.ravel(), start), shape=shape)
+
+
+def four_texels(
+    known: Texels, usable: Bool[np.ndarray, " p"], uv: Float[np.ndarray, "n 2"]
+) -> tuple[Int[np.ndarray, "n 4"], Float[np.ndarray, "n 4"]]:
+    """Of each point the four texels round it, by their number in the list, and their shares of a bilinear mean.
+
+    The nearest usable texel stands in for one that is not, or off the surface.
+    """
+    numbers = known.image(np.where(usable, np.arange(len(known.pixels)), np.nan))
+    numbers = with_gutter(numbers).astype(np.int64)
     x = np.clip(uv[:, 0] * known.size - 0.5, 0, known.size - 1.001)
     y = np.clip((1 - uv[:, 1]) * known.size - 0.5, 0, known.size - 1.001)
     column, row = x.astype(int), y.astype(int)
     across, down = x - column, y - row
     columns = np.stack([numbers[row + i, column + j] for i in (0, 1) for j in (0, 1)], 1)
     parts = [(across if j else 1 - across) * (down if i else 1 - down) for i in (0, 1) for j in (0, 1)]
-    count = len(uv)
-    shape = (count, len(known.pixels))
-    start = np.arange(0, 4 * count + 1, 4)
-    return sp.csr_matrix((np.stack(parts, 1).ravel().astype(np.float32), columns.ravel(), start), shape=shape)
+    return columns, np.stack(parts, 1)
 
 
 def sample(image: Float[np.ndarray, "h w *c"], uv: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "n *c"]:

@@ -66,7 +66,8 @@ def page_data(model: DetailModel, drive: Drive, rate: float) -> dict:
     vectors = model.domain.vectors(drive.positions)
     forms = np.stack([field.forms(frame) for frame in vectors])
     rows = -(-len(base.vertices) // WIDTH)
-    medium = at_vertices(model.medium, base.uv).coefficients
+    driven = at_vertices(model.medium, field, base.uv)
+    field, medium = driven.field, driven.polynomial.coefficients
     fine = model.fine or model.medium
     return {
         "vertices": len(base.vertices), "width": WIDTH, "rows": rows, "rate": rate, "frames": len(forms),

@@ -15,6 +15,7 @@ from ..fields import DetailMap, parameter_field
 from ..fit import DetailConfig, DetailModel
 from ..polynomial import PolynomialMap
 from ..sampling import Sampler, interpolated, sampler
+from ..synthesize import at_vertices
 from ..texture_space import sample, texture_gradients, with_gutter
 from ..thin_shell import thin_shell
 from ..training import Aligned, Clip, HeadMarkers, TrainingSet
@@ -99,8 +100,8 @@ def _carried(
     """The trained coefficients at the actor's texels, with the actor's own constant term."""
     mesh, grid = at.shell.mesh, at.texels
     uv = warp(_uv(mesh, grid.attachment))
-    known = np.where(detail.unreliable[:, None, None], np.nan, detail.polynomial.coefficients)
-    coefficients = sample(with_gutter(detail.texels.image(known)), uv)
+    driven = at_vertices(detail, parameter_field(domain, mesh, attachment, grid.attachment), uv)
+    coefficients = driven.polynomial.coefficients
     coefficients[:, -1] = np.nan_to_num(own)
     unreliable = sample(with_gutter(detail.texels.image(detail.unreliable.astype(float))), uv) > 0.5
     unreliable |= ~np.isfinite(own).all(axis=1)
@@ -108,5 +109,4 @@ def _carried(
     polynomial = PolynomialMap(
         np.ascontiguousarray(coefficients, np.float32), detail.polynomial.order, np.ones(count, bool)
     )
-    field = parameter_field(domain, mesh, attachment, grid.attachment)
-    return DetailMap(grid, field, polynomial, np.zeros(count), unreliable)
+    return DetailMap(grid, driven.field, polynomial, np.zeros(count), unreliable)
