@@ -1,6 +1,6 @@
 """Nonrigid registration against MeshMonk 0.3.0 (PyPI); prints a table and JSON.
 
-    python benchmarks/register.py [--json out.json] [--data FOLDER] [--stage 2]
+    python benchmarks/register.py [--json out.json] [--data FOLDER] [--only real] [--stage 2]
 
 MeshMonk is installed into a throw-away environment and runs in a process of its own; only the registration itself is
 timed, on both sides. Both start from the same rigidly placed template and are told nothing else. Pairs: MeshMonk's own
@@ -8,9 +8,9 @@ template and face at about 10,000 and 40,000 vertices (skipped where the recordi
 synthetic stage, where the true place of each vertex is known. There the last row is the whole of `mien register`, with
 its own landmarks and face model, as a user would run it. A finer template (15,000 vertices) meets the first scan too.
 
-Last, `mien register` on three real scans (skipped where they are not there) without hints: distances, and for the one
-that has 68 landmarks set by people, how far ours are from them. (Its chin landmarks are left out: they follow an
-outline and mark no point of the skin.)
+Last, `mien register` without hints on three real scans and two of a person from another face model (skipped where they
+are not there): distances, and where people set landmarks, how far those are from our curves (`people_landmarks.py`).
+`--only real` runs these alone.
 """
 
 import argparse
@@ -24,13 +24,13 @@ import time
 from pathlib import Path
 
 import numpy as np
+from people_landmarks import against_people, read_people
 
 from mien.errors import BadInput
 from mien.faces.bundled import load_face
 from mien.faces.scan_clean import cleaned
-from mien.fitting.register_scan import Registration, register_scan
+from mien.fitting.register_scan import register_scan
 from mien.io.meshes import read_scan
-from mien.landmarks.detector import bundled_landmarks
 from mien.landmarks.lift import lift_landmarks
 from mien.mesh import Mesh, loop_subdivide, submesh, vertex_normals
 from mien.register import Rejection, Surface, procrustes, register_surface
@@ -40,7 +40,7 @@ from mien.stage.sensors.scanner import ScanConfig
 from mien.stage.sensors.scanner import scan as scan_actor
 
 PACKAGE = "meshmonk==0.3.0"
-DATA = Path(__file__).parents[2] / "shared" / "data"
+SHARED = Path(__file__).resolve().parents[2] / "shared"
 EXPRESSIONS = [{}, {"jawOpen": 0.6, "browInnerUp": 0.4}, {"mouthSmileLeft": 0.8, "mouthSmileRight": 0.7}]
 THERE = """
 import sys, time
@@ -186,23 +186,19 @@ def staged(python: Path | None, seeds: int) -> list[dict]:
 
 
 REAL = {
-    "james": "james/james.obj",
-    "Lee Perry-Smith": "lee_perry_smith/LeePerrySmith.obj",
-    "MeshMonk's raw face": "meshmonk/demoFace_full.obj",
+    "james": ("data/james/james.obj", "data/james/james.ljson"),
+    "Lee Perry-Smith": ("data/lee_perry_smith/LeePerrySmith.obj", None),
+    "MeshMonk's raw face": ("data/meshmonk/demoFace_full.obj", None),
+    "stranger, neutral": ("strangers/scans/frame_000001.ply", "strangers/truth_scans/frame_000001.npz"),
+    "stranger, open mouth": ("strangers/scans/frame_000738.ply", "strangers/truth_scans/frame_000738.npz"),
 }
-OF_68 = {
-    "lids": (slice(17, 29), (33, 160, 158, 133, 153, 144, 362, 385, 387, 263, 373, 380)),
-    "lips": (slice(48, 68), (61, 40, 37, 0, 267, 270, 291, 321, 314, 17, 84, 91, 78, 81, 13, 311, 308, 402, 14, 178)),
-    "nose": (slice(34, 43), (168, 197, 5, 4, 98, 97, 2, 326, 327)),
-    "brows": ([*range(29, 34), *range(43, 48)], (70, 63, 105, 66, 107, 336, 296, 334, 293, 300)),
-}
-"""Which of the 68 are which of MediaPipe's; the other 17 follow the chin's outline and mark no point of the skin."""
+"""Scans beside the checkout, and what says where people set their landmarks."""
 
 
 def real_scans(folder: Path) -> list[dict]:
     """`mien register` without hints; printed."""
     rows = []
-    for name, path in REAL.items():
+    for name, (path, marked) in REAL.items():
         if not (folder / path).exists():
             print(f"skipped {name}: no {folder / path}")
             continue
@@ -216,21 +212,11 @@ def real_scans(folder: Path) -> list[dict]:
             f"{error.mean:.3f} mm, p95 {error.p95:.3f} mm over {error.covered:.0%} of the face"
         )
         figures = {"case": name, "wall_s": seconds, "cpu_s": cpu, "mean_mm": error.mean, "p95_mm": error.p95}
-        landmarks = (folder / path).with_suffix(".ljson")
-        rows.append(figures | (against_people(found, landmarks) if landmarks.exists() else {}))
+        off = against_people(found, read_people(folder / marked)) if marked else {}
+        if off:
+            print("  from people's landmarks, mm: " + ", ".join(f"{group} {mean:.2f}" for group, mean in off.items()))
+        rows.append(figures | off)
     return rows
-
-
-def against_people(found: Registration, path: Path) -> dict[str, float]:
-    """Mean distance of our landmarks on the registered face from those that people set, mm, by group; printed."""
-    stored = json.loads(path.read_text())["groups"]["LJSON"]["landmarks"]["points"]
-    theirs = found.T_face_scan.apply(np.array(stored, float))
-    ours = bundled_landmarks().attachment.points(found.mesh)
-    off = {name: np.linalg.norm(ours[list(i)] - theirs[at], axis=1) for name, (at, i) in OF_68.items()}
-    means = {name: float(d.mean()) for name, d in off.items()}
-    means["all 51"] = float(np.concatenate([*off.values()]).mean())
-    print("  from people's landmarks, mm: " + ", ".join(f"{name} {mean:.2f}" for name, mean in means.items()))
-    return means
 
 
 def summary(rows: list[dict]) -> None:
@@ -246,20 +232,27 @@ def main() -> None:
     """Run every pair; print and store."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--json", type=Path)
-    parser.add_argument("--data", type=Path, default=DATA)
+    parser.add_argument("--data", type=Path, default=SHARED, help="holds data/ and strangers/")
+    parser.add_argument("--only", choices=["real"])
     parser.add_argument("--stage", type=int, default=2, help="how many actors; three scans each")
     given = parser.parse_args()
+    rows = [] if given.only else pairs(given)
+    rows += real_scans(given.data)
+    if given.json:
+        given.json.write_text(json.dumps(rows, indent=1))
+
+
+def pairs(given: argparse.Namespace) -> list[dict]:
+    """Pairs of MeshMonk's and of the stage; printed."""
     print(f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f} at the start (a busy machine's times are worth less)")
     register_surface(load_face().rig.neutral, load_face().rig.neutral)  # compiled code is loaded before the clock runs
     names = ("wall s", "cpu s", "mean mm", "p95 mm", "true mean", "true p95")
     print(f"{'pair':<22}{'method':<22}{'vertices':>8}  " + "  ".join(f"{name:>9}" for name in names))
     with tempfile.TemporaryDirectory() as folder:
         python = environment(Path(folder))
-        rows = [*own_pairs(python, given.data / "meshmonk"), *staged(python, given.stage)]
+        rows = [*own_pairs(python, given.data / "data" / "meshmonk"), *staged(python, given.stage)]
     summary(rows)
-    rows += real_scans(given.data)
-    if given.json:
-        given.json.write_text(json.dumps(rows, indent=1))
+    return rows
 
 
 if __name__ == "__main__":

@@ -9,13 +9,13 @@ from face_model import needs_model
 from mien.errors import BadInput
 from mien.faces.bundled import load_face
 from mien.faces.scan_clean import cleaned, mended, outward, welded, wound_alike
-from mien.fitting.register_scan import RegisterConfig, _believed, register_scan, registered_rig
+from mien.fitting.register_scan import RegisterConfig, register_scan, registered_rig
 from mien.io.gltf import read_rig
 from mien.io.meshes import read_scan, write_mesh
+from mien.landmarks.brow_edges import BROW_EDGES
 from mien.landmarks.detector import bundled_landmarks
 from mien.landmarks.lift import LiftConfig, lift_landmarks
 from mien.mesh import Mesh, Scan, loop_subdivide, submesh, vertex_normals
-from mien.register import Anchors
 from mien.reports.single_scan import registration_record
 from mien.transforms import Transform, rotation_from_vector
 
@@ -190,7 +190,8 @@ def test_a_scan_with_faults_is_registered_all_the_same(found, staged):
     mesh, fin = scan.mesh, scan.mesh.vertices[:1] + 0.001
     faces = np.concatenate([mesh.faces[:, ::-1], [[*mesh.faces[0, :2], len(mesh.vertices)]]])
     soup = np.concatenate([mesh.vertices, fin])[faces].reshape(-1, 3)
-    broken = Scan(Mesh(soup, np.arange(len(soup)).reshape(-1, 3)), name="broken")
+    colors = np.concatenate([mesh.colors, mesh.colors[:1]])[faces].reshape(-1, 3)
+    broken = Scan(Mesh(soup, np.arange(len(soup)).reshape(-1, 3), colors=colors), name="broken")
     again = register_scan(broken, landmarks=found.landmarks, config=QUICK)
     np.testing.assert_allclose(again.mesh.vertices, found.mesh.vertices, atol=0.2)
     assert len(again.mended) == 3
@@ -213,6 +214,12 @@ def test_what_is_no_surface_is_refused(vertices, faces, says):
             refuses(scan)
 
 
+def polyline(corners):
+    """Many points along it."""
+    at, between = np.arange(len(corners)), np.linspace(0, len(corners) - 1, 100)
+    return np.stack([np.interp(between, at, axis) for axis in corners.T], axis=1)
+
+
 @pytest.mark.data
 @needs_model
 @pytest.mark.skipif(not (DATA / "james").is_dir(), reason="the real scans are not here")
@@ -226,17 +233,11 @@ def test_a_real_scan_without_hints():
     lips = [61, 40, 37, 0, 267, 270, 291, 321, 314, 17, 84, 91, 78, 81, 13, 311, 308, 402, 14, 178]
     theirs = found.T_face_scan.apply(points.astype(float))
     off = np.linalg.norm(ours[eyes + lips] - theirs[[*range(17, 29), *range(48, 68)]], axis=1)
+    brows = np.concatenate([polyline(ours[list(line)]) for line in BROW_EDGES])
+    above_the_eyes = theirs[[30, 31, 32, 44, 45, 46]]
+    over = np.linalg.norm(above_the_eyes[:, None] - brows, axis=2).min(axis=1)
     assert found.landmarks.unit == "mm"
     assert off.mean() < 2.6
+    assert over.mean() < 2.0
     assert found.regions["face"].mean < 0.1
     assert found.regions["face"].p95 < 0.3
-
-
-def test_a_landmark_far_from_the_fitted_face_counts_less():
-    face = load_face()
-    at = bundled_landmarks().attachment
-    points = at.points(face.rig.neutral)
-    points[7] += [0.0, 0.0, 4.0]
-    weights = _believed(Anchors(at, points, np.ones(len(points))), face.rig.neutral, 4.0).weights
-    assert weights[7] == pytest.approx(0.25)
-    np.testing.assert_allclose(np.delete(weights, 7), 1.0)

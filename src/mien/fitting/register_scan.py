@@ -7,7 +7,7 @@ from jaxtyping import Bool, Float
 
 from ..faces.bundled import BundledFace, load_face
 from ..faces.scan_clean import check_scan, mended
-from ..landmarks.detector import bundled_landmarks
+from ..landmarks.brow_edges import BrowConfig, brow_edges
 from ..landmarks.lift import Landmarks3D, LiftConfig, lift_landmarks
 from ..mesh import Attachment, Mesh, Scan, closest_point, loop_refinement, subdivided, submesh, vertex_normals
 from ..one_line import one_line
@@ -17,9 +17,9 @@ from ..register.nonrigid import Anchors, NonrigidConfig, Template
 from ..rig import Rig
 from ..transforms import Transform
 from .model_fit import ModelFitConfig, fit_person_to_scan, landmark_anchors
+from .scan_landmarks import LIPS_AND_LIDS, believed, of_groups, on_brow_edges
 from .shrink_wrap import WrapStage, shrink_wrap
 from .template_parts import TemplateParts, extrapolate_hidden
-from .terms import fading
 
 JUDGED = Rejection(max_distance=5.0)
 """Closest points that say how good a registration is."""
@@ -40,10 +40,14 @@ class RegisterConfig:
     reliable: float = 0.6
     """A vertex is reliable where the scan is no farther away than this."""
     other_landmarks: float = 0.2
-    """Weight of landmarks off lips and lids, beside 1 for those, in the stiff rounds; brows count fully in colour."""
+    """Weight of landmarks off lips and lids, beside 1 for those, in the stiff rounds."""
+    brow_edge: float = 0.3
+    """Weight of the brows' upper edges, where the scan's colours show them; 0 leaves brows to the landmarks.
+    At 1 they err less on a real scan, more on the stage, where paint is not where the landmarks are."""
     landmark_slack: float = 4.0
     """A landmark this far from the fitted model's counts a quarter, mm."""
     lift: LiftConfig = field(default_factory=LiftConfig)
+    brows: BrowConfig = field(default_factory=BrowConfig)
     model: ModelFitConfig = field(default_factory=ModelFitConfig)
     first: NonrigidConfig = field(
         default_factory=lambda: NonrigidConfig(
@@ -131,10 +135,12 @@ def register_scan(
     start = face.rig.neutral.with_vertices(fitted.vertices)
     moved = fitted.T_model_target.apply(anchors.points)
     placed_anchors = replace(anchors, points=moved)
-    anchors = _believed(placed_anchors, start, config.landmark_slack)
-    colored = scan.texture is not None or scan.mesh.colors is not None
-    sure = LIPS_AND_LIDS + BROWS if colored else LIPS_AND_LIDS
-    stages = _wrap_stages(anchors, sure, config)
+    anchors = believed(placed_anchors, start, config.landmark_slack)
+    painted = _placed(scan.mesh, T_face_scan)
+    seen = T_face_scan.apply(landmarks.points)
+    edges = brow_edges(painted, scan.texture, seen, config.brows)
+    anchors, brows = on_brow_edges(anchors, start, edges, config.brow_edge)
+    stages = _wrap_stages(anchors, LIPS_AND_LIDS + brows, config)
     trust = body.trusted(config.off_face)
     mesh = shrink_wrap(face, body, start, surface, stages, trust)
     progress.update("registering", 3, 4)
@@ -159,36 +165,14 @@ def _placed(mesh: Mesh, T: Transform) -> Mesh:
     return mesh.with_vertices(T.apply(mesh.vertices))
 
 
-def _believed(anchors: Anchors, fitted: Mesh, slack: float) -> Anchors:
-    """The same with less weight where a landmark lies far from the fitted model's."""
-    missing = anchors.attachment.points(fitted) - anchors.points
-    off = np.linalg.norm(missing, axis=1)
-    weights = anchors.weights * fading(off, slack)
-    return replace(anchors, weights=weights)
-
-
-def _of_groups(anchors: Anchors, groups: tuple[str, ...]) -> Anchors:
-    """The same with the landmarks of `groups` alone."""
-    sets = bundled_landmarks().groups
-    members = np.concatenate([sets[name] for name in groups])
-    keep = np.zeros(len(anchors.weights), bool)
-    keep[members] = True
-    return replace(anchors, weights=anchors.weights * keep)
-
-
-BROWS = ("brow_left", "brow_right")
-LIPS_AND_LIDS = ("lips_outer", "lips_inner", "eye_left", "eye_right")
-
-
-def _wrap_stages(anchors: Anchors, sure: tuple[str, ...], config) -> list[WrapStage]:
-    """Stiff (landmarks of the `sure` groups fully, the others a little), then soft (lips and lids alone)."""
-    soft = _of_groups(anchors, LIPS_AND_LIDS)
-    first = _of_groups(anchors, sure)
+def _wrap_stages(anchors: Anchors, sure: tuple[str, ...], config: RegisterConfig) -> list[WrapStage]:
+    """Stiff (landmarks of the `sure` groups fully, the others a little), then soft (the sure ones alone)."""
+    held = of_groups(anchors, sure)
     little = config.other_landmarks * anchors.weights
-    stiff = replace(first, weights=np.maximum(first.weights, little))
+    stiff = replace(held, weights=np.maximum(held.weights, little))
     return [
         WrapStage(config.first, stiff),
-        WrapStage(config.second, soft),
+        WrapStage(config.second, held),
     ]
 
 
@@ -197,7 +181,7 @@ def _refined(face, body: TemplateParts, mesh: Mesh, surface: Surface, anchors: A
     trust = body.trusted(config.off_face)
     is_skin = np.zeros(len(mesh.vertices))
     is_skin[face.parts["skin"]] = 1.0
-    held = _of_groups(anchors, LIPS_AND_LIDS)
+    held = of_groups(anchors, LIPS_AND_LIDS)
     for _ in range(config.density):
         points = held.attachment.points(mesh)
         step = loop_refinement(mesh.faces, len(mesh.vertices))
