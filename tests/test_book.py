@@ -1,5 +1,6 @@
 """The book: a page a verb and an example, no link to nowhere, every page in its contents."""
 
+import json
 import re
 
 import pytest
@@ -36,3 +37,17 @@ def test_links_lead_somewhere(book):
 def test_the_contents_name_every_page(book):
     named = set(re.findall(r": ([\w/]+\.md)$", (ROOT / "mkdocs.yml").read_text(), re.M))
     assert named == {str(page.relative_to(book)) for page in book.rglob("*.md")}
+
+
+SHORT = "__import__('dataclasses').replace(staged.markers, positions=staged.markers.positions[:16])"
+"""Half a second of the tutorial's take: the rest costs seconds and runs the same lines."""
+
+
+def test_the_researchers_notebook_runs_from_top_to_bottom(book):
+    told = json.loads((book / "tutorials" / "researcher.ipynb").read_text())
+    code = [cell["source"] for cell in told["cells"] if cell["cell_type"] == "code"]
+    assert len(code) == (book / "tutorials" / "researcher.md").read_text().count("```python")
+    names: dict = {}
+    for source in code:
+        exec(source.replace("take = staged.markers  ", f"take = {SHORT}  "), names)
+    assert names["take"].positions.shape == names["filled"].shape == (16, 60, 3)

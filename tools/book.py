@@ -1,11 +1,13 @@
 """Gather the documentation's pages: `python tools/book.py FOLDER`. `make docs` then builds them.
 
 Pages are docs/*.md as they stand, a page a verb from the command line's own help, a page an example from its docstring
-and code, and a gallery of docs/pictures.
+and code, and a gallery of docs/pictures; the researcher's tutorial is a notebook too.
 """
 
 import ast
 import inspect
+import json
+import re
 import shutil
 import sys
 from collections.abc import Iterator
@@ -42,6 +44,8 @@ def gather(folder: Path) -> list[Path]:
     (folder / "index.md").write_text(front_page())
     (folder / "changelog.md").write_text((ROOT / "CHANGELOG.md").read_text())
     (folder / "gallery.md").write_text(gallery())
+    tutorial = folder / "tutorials" / "researcher.md"
+    tutorial.with_suffix(".ipynb").write_text(json.dumps(notebook(tutorial.read_text()), indent=1) + "\n")
     for verb in PIPELINE:
         (folder / "verbs" / f"{verb}.md").write_text(verb_page(verb))
     for path in sorted((ROOT / "examples").glob("*.py")):
@@ -61,6 +65,17 @@ def gallery() -> str:
     for name, (what, command) in GALLERY.items():
         parts.append(f"![{what}](pictures/{name})\n\n*{what}: `{command}`.*")
     return "\n\n".join(parts) + "\n"
+
+
+def notebook(page: str) -> dict:
+    """A page as a Jupyter notebook (nbformat 4.5): what is Python becomes code, all else text."""
+    cells = []
+    for i, part in enumerate(re.split(r"```python\n(.*?)```\n", page, flags=re.DOTALL)):
+        kind = "code" if i % 2 else "markdown"
+        own = {"execution_count": None, "outputs": []} if i % 2 else {}
+        cells.append({"cell_type": kind, "id": f"cell-{i}", "metadata": {}, "source": part.strip("\n"), **own})
+    kernel = {"display_name": "Python 3", "language": "python", "name": "python3"}
+    return {"nbformat": 4, "nbformat_minor": 5, "metadata": {"kernelspec": kernel}, "cells": cells}
 
 
 def example_page(path: Path) -> str:
