@@ -22,6 +22,7 @@ from .correctives import CorrectiveBasis, CorrectiveConfig, with_correctives
 from .model import TrackingModel, tracking_model
 from .person.calm_frames import PATIENCE, no_face, with_scale
 from .terms.fit_config import BlendshapeFitConfig
+from .terms.photometric import PhotometricConfig
 from .tracker import step_or_lose
 from .tracker_context import NoTimer, StageTimer, TrackConfig, TrackResult, initial_state, tracker_context
 
@@ -34,8 +35,11 @@ class TrackTakeConfig:
     """Tracking a whole take."""
 
     track: TrackConfig = field(default_factory=TrackConfig)
-    video: BlendshapeFitConfig = field(default_factory=lambda: BlendshapeFitConfig(alone=2.0))
-    """The blendshape fit where there is no depth: landmarks weigh less than the paper's."""
+    video: BlendshapeFitConfig = field(
+        default_factory=lambda: BlendshapeFitConfig(alone=2.0, photometric=PhotometricConfig(weight=1000.0))
+    )
+    """The blendshape fit where there is no depth: landmarks weigh less than the paper's, and so does the picture: nothing
+    holds the head at its distance, and with all of its weight it wandered twice as far."""
     correctives: CorrectiveConfig = field(default_factory=CorrectiveConfig)
     late: bool = False
     """Take the landmarks of the frame before, as a live source must."""
