@@ -38,8 +38,8 @@ class TrackTakeConfig:
     video: BlendshapeFitConfig = field(
         default_factory=lambda: BlendshapeFitConfig(alone=2.0, photometric=PhotometricConfig(weight=1000.0))
     )
-    """The blendshape fit where there is no depth: landmarks weigh less than the paper's, and so does the picture: nothing
-    holds the head at its distance, and with all of its weight it wandered twice as far."""
+    """The blendshape fit where there is no depth: landmarks weigh less than the paper's, and so does the picture, since
+    nothing holds the head at its distance: with all of its weight it wandered twice as far."""
     correctives: CorrectiveConfig = field(default_factory=CorrectiveConfig)
     late: bool = False
     """Take the landmarks of the frame before, as a live source must."""
