@@ -63,3 +63,24 @@ def test_settings_of_the_steps_inside_are_no_nan_and_not_below_0(verb):
                 if min(numbers, default=0) >= 0 and path.split(JOIN)[-1] not in SIGNED:
                     with pytest.raises(BadInput, match=f"^{flag_name(path)}: -1 is below 0"):
                         overlaid(configs, {path: -1.0})
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "register {} --density 9",
+        "stream a.glb --vmc 127.0.0.1 --fps 0",
+        "stream a.glb --vmc 127.0.0.1 --fps 1e30",
+        "render {} -o a.mp4 --fps inf",
+        "rig {} --texture 99999999",
+        "rig {} --pixel-mm 0",
+        "scan {} --pixel-mm 1e-9",
+        "rig {} --corrections {}",
+    ],
+)
+def test_what_would_never_end_is_refused_before_it_begins(line, tmp_path):
+    fault, status = attempt(line.format(*[tmp_path] * 2).split())
+    option = line.split()[-2]
+    assert status == 2
+    assert fault.startswith((f"{option}: ", f"{tmp_path}: "))
+    assert "\n" not in fault

@@ -64,8 +64,10 @@ app.register_install_completion_command()
 JSON = "--json"
 """A flag of every verb: what came of it as one JSON object on stdout."""
 
-OF_THE_PLACE = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM)
-"""Faults of the system that are no fault of ours: a full disk, a place that may not be written."""
+OF_THE_PLACE = (
+    errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM, errno.EISDIR, errno.ENOTDIR, errno.ENAMETOOLONG,
+)  # fmt: skip
+"""Faults of the system that are no fault of ours: a full disk, a place that may not be written, a folder for a file."""
 
 USAGE = 2
 """Exit status of a command line or an input that cannot be used."""

@@ -115,6 +115,16 @@ def refuse_unused(mode: str, *names: str) -> None:
             raise BadInput(f"{flag} does nothing {mode}; leave it out")
 
 
+def refuse_outside(name: str, value: float | None, low: float, high: float) -> None:
+    """Refuse a number that no work should be begun with; None is none.
+
+    Raises:
+        BadInput: below `low` or above `high`.
+    """
+    if value is not None and not low <= value <= high:
+        raise BadInput(f"{flag_name(name)}: {value:g} lies outside {low:g} to {high:g}")
+
+
 def _stands_for(name: str, path: str) -> bool:
     """Whether a name is a flag's path, or a config that it lies below."""
     return path == name or path.startswith(f"{name}.")
@@ -222,6 +232,8 @@ def _overlay(config: Any, name: str, given: Mapping[str, Any]) -> Any:
             changed[field.name] = _overlay(value, path, given)
         elif path in given:
             _refuse_nan(path, given[path])
+            if not is_internal(path) and value != float("inf"):
+                _refuse_endless(path, given[path])
             _refuse_negative(path, given[path], value)
             changed[field.name] = _opened(given[path])
     return replace(config, **changed)

@@ -13,8 +13,11 @@ from ..files import existing, whole
 from ..io.rigs import write_any_rig
 from ..landmarks.detector import require_landmarker
 from .bar import bar
-from .options import refuse_unused, verb
+from .options import refuse_outside, refuse_unused, verb
 from .outputs import beside, check_outputs
+
+MOST_DENSITY = 4
+"""Each subdivision has four times the triangles: 4 make four million."""
 
 
 @dataclass(frozen=True)
@@ -79,6 +82,7 @@ def register(
     outputs = {"a face": output, "a page": page}
     if folder.arkit:
         outputs["a face with all 52 shapes"] = beside_arkit(output)
+    refuse_outside("density", density, 0, MOST_DENSITY)
     check_outputs(outputs, inputs=[scans, folder.markers, folder.selection])
     if not scans.is_dir():
         refuse_unused("for one scan: it goes with a folder of scans", "folder")

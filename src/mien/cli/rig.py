@@ -17,8 +17,12 @@ from ..faces.bundled import load_face
 from ..io.meshes import read_scan
 from ..landmarks.detector import require_landmarker
 from .bar import bar
-from .options import verb
+from .options import refuse_outside, verb
 from .outputs import check_outputs
+from .shared_options import PIXELS_MM
+
+TEXTURES = 16, 16384
+"""Pixels a side of a texture."""
 
 
 @verb
@@ -61,6 +65,8 @@ def rig(
     corrections
         Landmarks added, moved or dropped and regions painted out by hand (.json; see docs/conventions.md).
     """
+    refuse_outside("config__texture", config.texture, *TEXTURES)
+    refuse_outside("scan__pixel_mm", scan.pixel_mm, *PIXELS_MM)
     check_outputs({"a textured rig": output}, inputs=[captures, corrections])
     by_hand = {} if corrections is None else read_corrections(corrections)
     paths = find_captures(captures)

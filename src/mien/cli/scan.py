@@ -20,9 +20,9 @@ from ..landmarks.detector import FaceLandmarker, require_landmarker
 from ..rgbd import RgbdTake, read_rgbd, write_rgbd
 from ..rgbd.live import Replay, live_frames
 from .bar import bar
-from .options import refuse_unused, verb
+from .options import refuse_outside, refuse_unused, verb
 from .outputs import FOLDER, check_outputs
-from .shared_options import CAMERA
+from .shared_options import CAMERA, PIXELS_MM
 
 
 @verb
@@ -64,6 +64,7 @@ def scan(
         return
     refuse_unused("without a guided session", "replay", "poses", "guide")
     output = output or Path("scan.ply")
+    refuse_outside("config__pixel_mm", config.pixel_mm, *PIXELS_MM)
     check_outputs({"a scan": output}, inputs=[take])
     require_landmarker()
     with bar() as progress:

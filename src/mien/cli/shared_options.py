@@ -46,6 +46,8 @@ class Pages:
         return NamedPages(beside(output, self.picture, ".png"), beside(output, self.report, ".html"))
 
 
+PIXELS_MM = 0.05, 10.0
+"""Least and most millimetres a pixel of a scan's map; finer ones fill the memory."""
 CAMERA, LIVE_LINK = "live", "livelink"
 """Words that stand for this computer's camera, and for the Live Link Face app, in place of a take."""
 

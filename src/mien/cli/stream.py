@@ -18,10 +18,13 @@ from ..stream import packet, vmc
 from ..stream.face_frame import FaceFrame, face_frames, sampled
 from ..stream.receive import RECORDING, frames_of, read_recording, take_of
 from ..stream.send import Sent, UdpSender, live_link_bytes, parse_address, send_as_they_come, send_on_time
-from .options import refuse_unused, verb
+from .options import refuse_outside, refuse_unused, verb
 from .play import tell
 from .record_live_link import PATIENCE_S, open_receiver
 from .shared_options import CAMERA, LIVE_LINK, CameraOptions, PicturesReading
+
+RATES = 0.1, 1000.0
+"""Frames a second that can be sent."""
 
 
 @dataclass(frozen=True)
@@ -85,6 +88,7 @@ def stream(
     word = str(source)
     tracked = word == CAMERA or is_taken(source)
     _refuse(word, tracked)
+    refuse_outside("pace__fps", pace.fps, *RATES)
     senders = open_senders(to)
     shown = Counter(to)
     try:
