@@ -66,3 +66,11 @@ def test_clocks_with_a_date(form):
     clock = read_clock([form.format(t / 25) for t in range(50)], None)
     np.testing.assert_array_equal(clock.frames, np.arange(50))
     assert clock.rate == 25
+
+
+def test_whole_numbers_one_by_one_count_frames():
+    clock = read_clock([str(t) for t in (*range(7, 40), *range(43, 60))], None)
+    assert clock.rate == 60
+    np.testing.assert_array_equal(clock.frames[[0, 32, 33]], [0, 32, 36])
+    assert "counts frames" in clock.notes[0]
+    assert read_clock([str(t) for t in range(50)], 24.0).rate == 24

@@ -85,6 +85,9 @@ def _from_seconds(times: np.ndarray, rate: float | None) -> Clock:
     gaps = np.diff(times)
     gaps = gaps[gaps > 0]
     usual = float(np.median(gaps)) if len(gaps) else 1 / _FALLBACK
+    if usual == 1.0 and (times % 1 == 0).all():
+        told = rate or _FALLBACK
+        return _placed(times - times.min(), told, [f"the clock counts frames; read at {told:g}/s (--rate changes it)"])
     unit = next((u for u in (1.0, 1e-3, 1e-6) if usual * u < 0.5), 1e-9)
     one = gaps[np.abs(gaps - usual) < 0.5 * usual]
     measured = 1.0 / (unit * float(one.mean())) if len(one) else _FALLBACK
