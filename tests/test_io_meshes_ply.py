@@ -106,3 +106,13 @@ def test_strips_are_triangles(tmp_path):
     rows = [*(f"{x} {y} {z}" for x, y, z in SQUARE), "4 1 2 0 3"]
     (tmp_path / "a.ply").write_text("\n".join([*head, *rows]) + "\n")
     np.testing.assert_array_equal(read_scan(tmp_path / "a.ply").mesh.faces, [[1, 2, 0], [0, 2, 3]])
+
+
+def test_a_missing_vertex_is_told_where_the_numbers_happen_to_suffice(tmp_path):
+    """Five vertices promised, four there: 15 numbers of vertices and three faces of two corners would fit as well."""
+    head = "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n"
+    head += "element face 3\nproperty list uchar int vertex_indices\nend_header\n"
+    body = "0 0 0\n10 0 0\n0 10 0\n0 0 10.5\n3 0 1 2\n3 0 1 3\n3 1 2 3\n"
+    assert "is cut off: it has fewer than the 3 rows of face" in refusal(tmp_path / "a.ply", head + body)
+    (tmp_path / "b.ply").write_text(head.replace("vertex 5", "vertex 4") + body.replace("\n", " ", 3))
+    assert len(read_scan(tmp_path / "b.ply").mesh.faces) == 3

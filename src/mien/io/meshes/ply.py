@@ -10,7 +10,7 @@ from jaxtyping import Float, Int, UInt8
 from ...errors import BadInput
 from ...files import existing, whole
 from ...mesh import Mesh
-from ...text.parse_numbers import parse_floats
+from ...text.parse_numbers import parse_floats, tokens_by_line
 from .images import write_image
 from .materials import file_beside
 from .ply_header import PlyElement, PlyProperty, read_ply_header
@@ -128,7 +128,7 @@ def _read_text(path: Path, elements: list[PlyElement], body: bytes) -> dict[str,
         properties = [PlyProperty(p.name, "f8", "f8" if p.count else "") for p in element.properties]
         doubles.append(PlyElement(element.name, element.size, properties))
     values = parse_floats(body)
-    if values is None or _length(doubles, values) != len(values):
+    if values is None or _length(doubles, values) != len(values) or not _ends_with_a_line(doubles[0], body):
         values = parse_floats(b"\n".join(_needed_of_lines(path, doubles, body)))
     if values is None:
         raise BadInput(f"{path}: is damaged: its body does not hold numbers alone; export it again")
@@ -146,6 +146,14 @@ def _length(elements: list[PlyElement], values: Float[np.ndarray, " v"]) -> int:
             row += 1 + int(np.nan_to_num(values[at + row])) if p.count else 1
         at += row * element.size
     return at
+
+
+def _ends_with_a_line(first: PlyElement, body: bytes) -> bool:
+    """Whether the first element's rows do; where a row is missing they run into the next element, by chance unseen."""
+    if any(p.count for p in first.properties):
+        return True
+    width = first.size * len(first.properties)
+    return width == 0 or width in np.cumsum(tokens_by_line(body))
 
 
 def _needed_of_lines(path: Path, elements: list[PlyElement], body: bytes) -> Iterator[bytes]:
