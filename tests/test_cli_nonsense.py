@@ -76,6 +76,10 @@ def test_settings_of_the_steps_inside_are_no_nan_and_not_below_0(verb):
         "rig {} --pixel-mm 0",
         "scan {} --pixel-mm 1e-9",
         "rig {} --corrections {}",
+        "track {} --rate 0",
+        "track {} --focal 0",
+        "select {} --sheet a.png --video {}",
+        "scan {} --depth-scale 0",
     ],
 )
 def test_what_would_never_end_is_refused_before_it_begins(line, tmp_path):

@@ -65,8 +65,7 @@ def rig(
     corrections
         Landmarks added, moved or dropped and regions painted out by hand (.json; see docs/conventions.md).
     """
-    refuse_outside("config__texture", config.texture, *TEXTURES)
-    refuse_outside("scan__pixel_mm", scan.pixel_mm, *PIXELS_MM)
+    check_sizes(config, scan)
     check_outputs({"a textured rig": output}, inputs=[captures, corrections])
     by_hand = {} if corrections is None else read_corrections(corrections)
     paths = find_captures(captures)
@@ -95,3 +94,9 @@ def tell(built: BuiltRig, lost: Sequence[str], source: str, output: Path) -> Non
     for line in [*lost, *built.left_out]:
         print(line)
     print(f"{output}: {len(built.textured.rig.names)} shapes {source}")
+
+
+def check_sizes(config: RigConfig, scan: FusionConfig) -> None:
+    """Refuse pictures that no memory holds."""
+    refuse_outside("config__texture", config.texture, *TEXTURES)
+    refuse_outside("scan__pixel_mm", scan.pixel_mm, *PIXELS_MM)

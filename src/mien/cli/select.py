@@ -63,7 +63,7 @@ def select(
     if video is None:
         refuse_unused("without --video", "video_offset", "sheet")
     else:
-        existing(video)
+        first_still(video)
     file = read_marker_file(existing(take), reading.units, reading.rate, markers)
     stop = SelectConfig(tolerance, strongest, max_frames)
     config = replace(SelectTakeConfig(), select=stop)
@@ -75,6 +75,17 @@ def select(
     write_selection(output, take.name, found, study)
     for line in [*file.warnings, *summary(found, study)]:
         print(line)
+
+
+def first_still(video: Path):
+    """See, before long work, that a film is one.
+
+    Raises:
+        BadInput: it is none.
+    """
+    from ..rgbd.image_sequence import read_stills
+
+    return read_stills(video, [0.0])[0]
 
 
 def studied(found: TakeSelection, progress):

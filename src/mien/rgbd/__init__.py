@@ -30,6 +30,9 @@ def read_rgbd(
         BadInput: missing, none of these, or damaged.
     """
     path = existing(path)
+    for name, value in (("depth-scale", depth_scale), ("rate", rate), ("focal", focal)):
+        if value is not None and not 0 < value < float("inf"):
+            raise BadInput(f"{path}: --{name} {value:g} cannot be; give a number above 0")
     if path.is_dir():
         take = (
             read_folder(path, depth_scale, rate)
