@@ -65,8 +65,7 @@ def rig(
     corrections
         Landmarks added, moved or dropped and regions painted out by hand (.json; see docs/conventions.md).
     """
-    check_sizes(config, scan)
-    check_outputs({"a textured rig": output}, inputs=[captures, corrections])
+    check_asked(output, [captures, corrections], config, scan)
     by_hand = {} if corrections is None else read_corrections(corrections)
     paths = find_captures(captures)
     names = [path.stem for path in paths]
@@ -96,7 +95,8 @@ def tell(built: BuiltRig, lost: Sequence[str], source: str, output: Path) -> Non
     print(f"{output}: {len(built.textured.rig.names)} shapes {source}")
 
 
-def check_sizes(config: RigConfig, scan: FusionConfig) -> None:
-    """Refuse pictures that no memory holds."""
+def check_asked(output: Path, inputs: Sequence[Path | None], config: RigConfig, scan: FusionConfig) -> None:
+    """Before any work: the output can be written, and the pictures are such as memory holds."""
+    check_outputs({"a textured rig": output}, inputs=inputs)
     refuse_outside("config__texture", config.texture, *TEXTURES)
     refuse_outside("scan__pixel_mm", scan.pixel_mm, *PIXELS_MM)
