@@ -131,3 +131,14 @@ def test_colours_are_linear(tmp_path):
     back, _ = read_training(tmp_path)
     frame = next(back.clips[0].frames())
     np.testing.assert_allclose(frame.colors, 0.2158605, atol=1e-6)
+
+
+def test_a_damaged_mesh_within_a_clip_shows_nothing_and_is_named(tmp_path):
+    write_clips(tmp_path)
+    (tmp_path / "shear" / "frame_000002.ply").write_text("x")
+    clips, notes = read_training(tmp_path)
+    shear = next(clip for clip in clips.clips if clip.name == "shear")
+    for _ in range(2):
+        shown = [np.isfinite(frame.vertices).all() for frame in shear.frames()]
+    assert shown == [True, True, False, True, True, True, True, True]
+    assert sum("frame_000002.ply" in note for note in notes) == 1

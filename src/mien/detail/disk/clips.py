@@ -40,7 +40,8 @@ def read_training(folder: str | Path, unit: str | None = None) -> tuple[Training
 
     A mesh belongs to the marker frame whose number ends its name, counted from 0; marker frames without a mesh are
     dropped. A vertex without a triangle is not seen in its frame. Markers are matched by label: those that every clip
-    has are used. A clip of one frame, of other markers or of another topology is left out.
+    has are used. A clip of one frame, of other markers or of another topology is left out, and so is a mesh within a
+    clip that cannot be read or has another topology: the lines get one on it when the clip's frames are asked for.
 
     Args:
         unit: of the meshes: mm, cm, m, in; millimetres where None.
@@ -59,7 +60,7 @@ def read_training(folder: str | Path, unit: str | None = None) -> tuple[Training
     _check_some(folder, takes, notes)
     neutral = _positions(takes[first][0], labels)[0]
     notes += _far_from_neutral(takes, labels, neutral)
-    clips = {name: _clip(name, *take, labels, unit) for name, take in takes.items()}
+    clips = {name: _clip(name, *take, labels, unit, len(mesh.vertices), notes) for name, take in takes.items()}
     used = tuple(clip for name, clip in clips.items() if name != NEUTRAL or len(takes) == 1)
     return TrainingSet(mesh, neutral, labels, used), notes
 
@@ -194,14 +195,32 @@ def _positions(take: Markers, labels: tuple[str, ...]) -> Float[np.ndarray, "fra
     return take.positions[:, [place[label] for label in labels]]
 
 
-def _clip(name: str, take: Markers, meshes: list[Path], labels: tuple[str, ...], unit: str | None) -> Clip:
+def _clip(
+    name: str, take: Markers, meshes: list[Path], labels: tuple[str, ...], unit: str | None, count: int,
+    notes: list[str],
+) -> Clip:  # fmt: skip
+    """A clip whose meshes are read when asked for; one that cannot be used shows nothing, and `notes` says so."""
+
     def frames() -> Iterator[Frame]:
         for path in meshes:
-            scan = read_scan(path, unit)
-            colors = vertex_colours(scan)
-            yield Frame(shown_vertices(scan.mesh), None if colors is None else to_linear(colors))
+            try:
+                yield _frame(path, unit, count)
+            except BadInput as error:
+                note = f"left out: {error}"
+                if note not in notes:
+                    notes.append(note)
+                yield Frame(np.full((count, 3), np.nan))
 
     return Clip(name, _positions(take, labels), frames)
+
+
+def _frame(path: Path, unit: str | None, count: int) -> Frame:
+    """One mesh of a clip, in the neutral's topology."""
+    scan = read_scan(path, unit)
+    if len(scan.mesh.vertices) != count:
+        raise BadInput(f"{path}: {len(scan.mesh.vertices):,} vertices where the neutral has {count:,}")
+    colors = vertex_colours(scan)
+    return Frame(shown_vertices(scan.mesh), None if colors is None else to_linear(colors))
 
 
 def shown_vertices(mesh: Mesh) -> Float[np.ndarray, "n 3"]:
