@@ -34,7 +34,7 @@ def files(tmp_path, performance):
 @pytest.fixture
 def places(files, performance):
     take = read_marker_file(files / "take.c3d", as_filed=True).markers
-    return MarkerPlaces(SolvedTake(take, files / "take.c3d", performance, files / "perf.glb"))
+    return MarkerPlaces(lambda: SolvedTake(take, files / "take.c3d", performance, files / "perf.glb"))
 
 
 def read(places):

@@ -4,6 +4,7 @@ import contextlib
 import threading
 from collections.abc import Sequence
 from pathlib import Path
+from typing import cast
 
 from ..clip import Markers
 from ..errors import BadInput
@@ -38,7 +39,9 @@ class Studio:
             if stamp != self._stamp:
                 self._stamp = stamp
                 with contextlib.suppress(BadInput, OSError):
-                    self._packed = pack_scene([reopened(one) for one in self.shown], self.films, self._live is not None)
+                    again = tuple(reopened(one) for one in self.shown)
+                    self._packed = pack_scene(again, self.films, self._live is not None)
+                    self.shown = again
             if self._packed is None:
                 self._packed = pack_scene(self.shown, self.films, self._live is not None)
             return self._packed
@@ -61,9 +64,8 @@ class Studio:
         if beside is not None:
             film = FilmOut(beside)
             routes.post |= {"/film": film.add, "/film-done": film.finish}
-        solved = self._solved()
-        if solved is not None:
-            markers = MarkerPlaces(solved)
+        if self._solved() is not None:
+            markers = MarkerPlaces(lambda: cast(SolvedTake, self._solved()))
             routes.get["/markers"] = markers.read
             routes.post |= {"/markers": markers.save, "/marker-place": markers.place}
         maps = [path for path in (one.path for one in self.shown) if path is not None and path.suffix.lower() == MAP]

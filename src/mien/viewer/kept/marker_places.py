@@ -5,7 +5,7 @@ Places go into `perf.attach.json`, which `mien solve --attach` reads; names and 
 
 import json
 import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from http import HTTPStatus
@@ -48,11 +48,16 @@ class SolvedTake:
 class MarkerPlaces:
     """Markers of a page; a revision counts up, so that two pages do not overwrite each other."""
 
-    def __init__(self, shown: SolvedTake):
-        self._shown = shown
+    def __init__(self, shown: Callable[[], SolvedTake]):
+        """`shown` gives what the page shows by now: the performance is another one after a rerun."""
+        self._ask = shown
         self._lock = threading.Lock()
         self._revision = 0
-        self.labels = shown.markers.labels
+        self.labels = shown().markers.labels
+
+    @property
+    def _shown(self) -> SolvedTake:
+        return self._ask()
 
     @property
     def attach_file(self) -> Path:
