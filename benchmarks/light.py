@@ -129,7 +129,7 @@ def main() -> None:
         print("|---|---|---|---|---|---|")
         for name, told_by in bands.items():
             for source in ("points", "light", "fused"):
-                print(f"| {name} | {source} | {' | '.join(f'{rms:.3f}' for rms in told_by[source])} |")
+                print(f"| {name} | {source} | {' | '.join(f'{off:.3f}' for off in told_by[source])} |")
         if told.only in "opencv":
             against_opencv(skin)
 

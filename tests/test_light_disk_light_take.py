@@ -68,6 +68,16 @@ def test_each_fault_is_one_clear_line(folder):
     save(folder / "left" / "7.png", rng.integers(65200, 65535, size=(200, 160)))
     with pytest.raises(BadInput, match="saturated"):
         read_light_take(folder).capture(0)
+    face = np.zeros((200, 160))
+    face[60:140, 60:100] = 65535
+    save(folder / "left" / "7.png", face + rng.integers(0, 300, size=face.shape) - 300 * (face > 0))
+    with pytest.raises(BadInput, match="saturated over half of what is lit"):
+        read_light_take(folder).capture(0)
+    (folder / "other").mkdir()
+    shutil.copy(folder / "left" / "2.png", folder / "other" / "2.png")
+    with pytest.raises(BadInput, match="other: pictures of no camera"):
+        read_light_take(folder)
+    shutil.rmtree(folder / "other")
     for number in range(12, 24):
         (folder / "right" / f"{number}.png").unlink()
     with pytest.raises(BadInput, match="different numbers"):

@@ -156,7 +156,7 @@ class LightScore:
     share: float
     """Of the pixels that show the face, how many were measured."""
     bands: dict[str, tuple[float, ...]]
-    """Root mean square error in depth, mm, from fine to broad (`BANDS_MM`), of `points`, `light` (its normals alone,
+    """Mean absolute error in depth, mm, from fine to broad (`BANDS_MM`), of `points`, `light` (its normals alone,
     integrated) and `fused`."""
 
 
@@ -196,15 +196,15 @@ def score_scan(scan: LightScan, sources: LightSources, capture: StagedCapture, c
 
 
 def band_errors(off: Float[np.ndarray, "h w"], known: Bool[np.ndarray, "h w"], pixel_mm: float) -> tuple[float, ...]:
-    """Root mean square of an error map in each band, mm, fine to broad."""
+    """Mean absolute value of an error map in each band, mm, fine to broad."""
     known = known & np.isfinite(off)
     finer = np.where(known, off, 0.0)
     out = []
     for sigma in BANDS_MM:
         broader = masked_blur(np.where(known, off, 0.0), known, sigma / pixel_mm)
-        out.append(float(np.sqrt(((finer - broader)[known] ** 2).mean())))
+        out.append(float(np.abs(finer - broader)[known].mean()))
         finer = broader
-    return (*out, float(np.sqrt((finer[known] ** 2).mean())))
+    return (*out, float(np.abs(finer[known]).mean()))
 
 
 def median_angle(one: np.ndarray, other: np.ndarray, mask: np.ndarray) -> float:

@@ -27,6 +27,12 @@ class NormalFusionConfig:
     """Neighbours farther apart in depth are not joined."""
     least_trust: float = 0.05
     """A normal never counts less than this share of a sound one: else a crease would cut the surface in two."""
+    differ: float = 0.1
+    """A normal that differs by so much from that of the points counts a quarter, radians. 0: all count."""
+    least_agreement: float = 0.02
+    """But never less than this share."""
+    shape_reach: int = 3
+    """Pixels to either side over which the points' normals are taken for that."""
     hole_mm: float = 9.0
     """Holes in the points no wider or taller than this are bridged by normals: dots, specks. 0: none are."""
     uneven: float = 3.0
@@ -57,6 +63,7 @@ def fuse(depth: DepthMap, light: NormalMap, camera: Camera, config: NormalFusion
     toward = np.abs((np.nan_to_num(normals) * rays).sum(-1)) / np.linalg.norm(rays, axis=-1)
     slopes = log_slopes(np.where(wanted[..., None], normals, np.nan), camera, rays)
     trust = wanted * np.maximum(light.confidence**2 * toward**4, config.least_trust)
+    trust = trust * agreement(normals, depth.z, camera, config)
     steps, edges = on_edges(slopes, trust * (camera.fx / config.normal_sigma) ** 2)
     q = np.log(np.where(known, depth.z, 1.0))
     parted = [np.abs(np.diff(depth.z, axis=axis)) > config.edge_mm for axis in (1, 0)]
@@ -69,6 +76,25 @@ def fuse(depth: DepthMap, light: NormalMap, camera: Camera, config: NormalFusion
     solved = solve_grid(q, weight / unit, steps, (edges[0] / unit, edges[1] / unit))
     z = np.where(wanted, np.exp(solved.values), np.nan)
     return Fused(z, surface_normals(z, camera), solved)
+
+
+def agreement(
+    normals: Float[np.ndarray, "h w 3"],
+    z: Float[np.ndarray, "h w"],
+    camera: Camera,
+    config: NormalFusionConfig,
+) -> Float[np.ndarray, "h w"]:
+    """How far light's normals are to be believed beside the points', 1 where they agree or nothing is known.
+
+    Near a rim skin mirrors the room, and light's normals lean by tens of degrees; the points do not. Beside a small
+    hole that is seen from the front points are known on one side only, and light is believed.
+    """
+    if not config.differ:
+        return np.ones(z.shape)
+    shape = surface_normals(z, camera, config.shape_reach)
+    cosine = np.clip((normals * shape).sum(-1), -1, 1)
+    off = np.nan_to_num(np.arccos(cosine), nan=0.0)
+    return np.maximum(1 / (1 + (off / config.differ) ** 2) ** 2, config.least_agreement)
 
 
 def small_holes(z: Float[np.ndarray, "h w"], camera: Camera, hole_mm: float) -> Bool[np.ndarray, "h w"]:

@@ -148,7 +148,8 @@ def triangulate_pair(
     found = np.isfinite(disparity).sum() / max(known.sum(), 1)
     if found < LEAST_FOUND:
         raise BadInput(
-            f"only {found:.0%} of {left.name}'s pixels find their column in {right.name}: "
+            f"only {found:.0%} of {left.name}'s pixels find their column in {right.name} "
+            f"{config.nearest_mm:.0f} to {config.farthest_mm:.0f} mm away: "
             "are the two cameras' pictures swapped, or of another calibration?"
         )
     turned = scale / (disparity - offset)

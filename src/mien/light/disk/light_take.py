@@ -18,7 +18,7 @@ from ..patterns import LightPattern, PatternSet, read_patterns
 
 PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp")
 DARK, BRIGHT = 0.02, 0.98
-"""Of full scale: a full-on picture that is darker or brighter than this almost everywhere is of no use."""
+"""Of full scale: a picture that is darker almost everywhere, or brighter over most of what is lit, is of no use."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +71,12 @@ def read_light_take(folder: str | Path, calibration: str | Path | None = None) -
     if not pictures:
         raise BadInput(
             f"{folder}: no folder of any camera of the calibration ({', '.join(v.name for v in rig.cameras)})"
+        )
+    strangers = sorted(p for p in folder.iterdir() if p.is_dir() and p.name not in pictures and pictures_of(p))
+    if strangers:
+        raise BadInput(
+            f"{strangers[0]}: pictures of no camera of the calibration ({', '.join(v.name for v in rig.cameras)}); "
+            "name the folder after one, take it away, or give the calibration of these cameras"
         )
     for name, paths in pictures.items():
         if not paths or len(paths) % len(patterns):
@@ -159,10 +165,12 @@ def shown(patterns: PatternSet, slot: int) -> LightPattern:
 
 
 def _exposed(images: list[np.ndarray], paths: tuple[Path, ...], patterns: PatternSet) -> None:
-    for slot in patterns.of("full", "constant"):
+    """Every slot but Gray codes, ramps and black shows light somewhere; the brightest ones are not saturated by it."""
+    for slot in patterns.of("full", "constant", "tracking", "sinusoid", "gradient"):
+        kind = patterns.patterns[slot].kind
         if np.quantile(images[slot], 0.995) < DARK:
-            raise BadInput(
-                f"{paths[slot]}: black, where {patterns.patterns[slot].kind} light should be; wrong order, or no light"
-            )
-        if (images[slot] > BRIGHT).mean() > 0.5:
-            raise BadInput(f"{paths[slot]}: saturated over half the picture; lower the exposure")
+            raise BadInput(f"{paths[slot]}: black, where {kind} light should be; wrong order, or no light")
+    for slot in patterns.of("full", "constant"):
+        lit = images[slot][images[slot] > np.quantile(images[slot], 0.995) / 2]
+        if (lit > BRIGHT).mean() > 0.5:
+            raise BadInput(f"{paths[slot]}: saturated over half of what is lit; lower the exposure")
