@@ -86,8 +86,7 @@ def agreement(
 ) -> Float[np.ndarray, "h w"]:
     """How far light's normals are to be believed beside the points', 1 where they agree or nothing is known.
 
-    Near a rim skin mirrors the room, and light's normals lean by tens of degrees; the points do not. Beside a small
-    hole that is seen from the front points are known on one side only, and light is believed.
+    Near a rim skin mirrors the room, and light's normals lean by tens of degrees; the points do not.
     """
     if not config.differ:
         return np.ones(z.shape)
