@@ -59,9 +59,11 @@ def test_poses_are_captured_one_after_the_other():
 
 
 def test_the_pose_before_is_no_new_one_and_a_moving_face_is_not_held():
-    state, told = played([*turning(), *turning()])
+    state, told = played([*turning(), *[landmarks(0.0, 0.8, 99)] * 20])
     assert state.poses == ("smile",)
     assert told[-1].say.startswith("smile: make it now")
+    state, _ = played([*turning(), *[landmarks(0.0, 0.8, 99)] * 60])
+    assert state.held is not None, "a pose that moves little is taken after a while"
     wild = [landmarks(jawOpen=0.5 + 0.5 * np.sin(2.0 * i)) for i in range(40)]
     state, told = played(wild)
     assert state.held is None
