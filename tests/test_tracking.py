@@ -164,7 +164,7 @@ def test_correctives_learn_what_the_shapes_cannot_say():
         moved = np.stack([r.vertices - m.neutral for r in results])
         return np.abs(((moved - truth) * normals).sum(2))[bulging][:, there].mean()
 
-    assert sum(r.learnt for r in learnt) > 10
+    assert sum(r.learnt for r in learnt) >= 5  # a sample enters in one frame and changes the space in the next
     assert miss(learnt) < 0.75 * miss(without)
 
 
