@@ -6,7 +6,7 @@ import pytest
 from detail_patch import bent, marker_places, patch, training, wrinkled
 from mien.detail.base_mesh import BaseConfig
 from mien.detail.fit import DetailConfig, fit_detail
-from mien.detail.synthesize import SynthesisConfig, Synthesizer, at_vertices
+from mien.detail.synthesize import SynthesisConfig, SynthesizedFrame, Synthesizer, at_vertices, coloured
 from mien.mesh import closest_point
 
 
@@ -76,3 +76,11 @@ def test_coefficients_of_other_markers_are_not_mixed(model):
     assert set(np.unique(read.round(3))) == {1.0, 1000.0}
     assert (driven.field.triangle[read > 500] == far).all()
     assert (driven.field.triangle[read < 500] == field.triangle[read < 500]).all()
+
+
+def test_a_frame_s_albedo_is_on_the_mesh_as_it_is_shown():
+    mesh = patch()
+    albedo = np.full((len(mesh.vertices), 3), 0.5, np.float32)
+    frame = SynthesizedFrame(mesh.vertices.astype(np.float32), None, albedo)
+    np.testing.assert_allclose(coloured(mesh, frame).colors, 0.735, atol=2e-3)  # sRGB of half the light
+    assert coloured(mesh, replace(frame, colors=None)) is mesh
