@@ -28,7 +28,7 @@ class DetailPage {
     const canvas = input("picture");
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
     this.renderer.outputColorSpace = THREE.LinearSRGBColorSpace; // the shader encodes
-    this.renderer.setClearColor(0x17181a);
+    this.renderer.setClearColor(new THREE.Color().setHex(0x17181a, THREE.LinearSRGBColorSpace));
     this.camera = new THREE.PerspectiveCamera(FIELD_DEG, 1, D.radius / 20, 40 * D.radius);
     const middle = new THREE.Vector3(...D.middle);
     this.camera.position.copy(middle).add(new THREE.Vector3(0, 0, AWAY * D.radius));
@@ -120,7 +120,7 @@ class DetailPage {
       if (input("play").checked) input("frame").value = Math.floor(now / 1000 * D.rate) % D.frames;
       this.draw(Number(input("frame").value));
       input("told").textContent = `frame ${input("frame").value} of ${D.frames}`;
-      if (!still) requestAnimationFrame(step);
+      requestAnimationFrame(step);
     };
     step(0);
   }
