@@ -36,7 +36,9 @@ class TrackTakeConfig:
 
     track: TrackConfig = field(default_factory=TrackConfig)
     video: BlendshapeFitConfig = field(
-        default_factory=lambda: BlendshapeFitConfig(alone=2.0, photometric=PhotometricConfig(weight=1000.0))
+        default_factory=lambda: BlendshapeFitConfig(
+            alone=2.0, photometric=PhotometricConfig(weight=1000.0, around=9, noise=1.0)
+        )
     )
     """The blendshape fit where there is no depth: landmarks weigh less than the paper's, and so does the picture, since
     nothing holds the head at its distance: with all of its weight it wandered twice as far."""
