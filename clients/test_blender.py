@@ -8,6 +8,7 @@ import pytest
 from face import FRAMES, HERE, TOLERANCE_MM, Shown, off_mm, performance, run, turned_deg
 from PIL import Image
 
+from mien.io import usd
 from mien.io.alembic import write_alembic
 from mien.io.performances import write_any_performance
 
@@ -47,6 +48,24 @@ def test_blender_shows_every_vertex_where_it_is(tmp_path, play, suffix):
     assert 0.03 < drawn.mean() < 0.9
     if suffix != ".abc":  # which has none of its own: Blender makes them, by another rule
         assert np.quantile(turned, 0.95) < 5
+
+
+def test_blender_displaces_the_skin_by_millimetres(tmp_path, play):
+    heights = np.random.default_rng(0).random((2, 16, 16)).astype(np.float32)
+    usd.write_performance(tmp_path / "face.usdc", play, heights)
+    asked = """
+import bpy
+bpy.ops.wm.read_factory_settings(use_empty=True)
+bpy.ops.wm.usd_import(filepath="face.usdc")
+nodes = {node.type: node for node in bpy.data.materials["skin"].node_tree.nodes}
+picture, moved = nodes["TEX_IMAGE"].image, nodes["DISPLACEMENT"]
+print("FOUND", moved.inputs["Scale"].default_value, moved.inputs["Midlevel"].default_value, *picture.pixels[::4])
+"""
+    (tmp_path / "asked.py").write_text(asked)
+    [line] = [line for line in run(BLENDER, "asked.py", cwd=tmp_path).splitlines() if line.startswith("FOUND")]
+    scale, middle, *pixels = map(float, line.split()[1:])
+    shown = (np.array(pixels) - middle) * scale * 1000
+    np.testing.assert_allclose(shown.reshape(16, 16)[::-1], heights[0], atol=1e-3)
 
 
 def test_the_fbx_script_of_the_docs_makes_one(tmp_path, play):

@@ -1,12 +1,15 @@
 import numpy as np
 import pytest
 
-from detail_patch import write_clips
+from detail_patch import bent, patch, write_clips
 from mien.cli.main import main
 from mien.clip import Markers
+from mien.io import usd
 from mien.io.exr import read_exr
 from mien.io.markers.c3d import write_c3d
 from mien.io.meshes.ply import read_ply
+from mien.rig import Performance, Rig
+from mien.transforms import Transform
 
 FIT = ["--base.vertices", "0", "--medium-size", "24", "--fine-size", "32"]
 
@@ -80,3 +83,20 @@ def test_view_leaves_a_page(fitted, capsys):
     assert run("view", take, "--maps", fitted / "maps", "-o", fitted / "page") == 0
     assert "8 frames" in capsys.readouterr().out
     assert (fitted / "page" / "index.html").is_file()
+
+
+def test_a_performance_takes_its_pores_along_as_displacement(fitted, capsys):
+    mesh = patch(21)
+    squeezed = bent(mesh.vertices, 0.2, 0) - mesh.vertices
+    rig = Rig(mesh, squeezed[None], ("squeeze",))
+    weights = np.linspace(0, 1, 3)[:, None]
+    played = Performance(rig, weights, Transform.identity(3), 30.0, np.ones(3, bool))
+    usd.write_performance(fitted / "perf.usdc", played)
+    words = ["synth", fitted / "perf.usdc", "--maps", fitted / "maps", "--levels", 0, "--fine-map"]
+    assert run(*words, "-o", fitted / "skin.usdc") == 0
+    assert "a displacement map a frame" in capsys.readouterr().out
+    heights = np.stack(list(usd.read_displacement(fitted / "skin.usdc")))
+    assert heights.shape == (3, 32, 32)
+    assert np.abs(heights[2] - heights[0]).max() > 1e-3
+    assert run(*words, "-o", fitted / "skin.glb") == 2
+    assert "glTF knows no displacement maps" in capsys.readouterr().err

@@ -46,7 +46,7 @@ def detail(
     output
         fit, view: the folder for the maps or the page. synth: a folder for one .ply a frame (with --fine-map its
         displacement and normal map too), a film (.mp4), or, from a performance, a .glb or .usd whose rig has the
-        wrinkles as shapes.
+        wrinkles as shapes (with --fine-map a .usd has pores as displacement maps, which shapes then lack).
     maps
         synth, view: the folder that fit has left.
     unit
@@ -143,13 +143,25 @@ def page(source: Path, maps: Path, output: Path, rate: float | None, place: int 
 
 def export(model, take, output: Path, config: SynthesisConfig) -> None:
     """A performance whose wrinkles show wherever morph targets do."""
+    from ..detail.disk.frames import fine_images
+    from ..detail.drive import drive_by_performance
     from ..detail.transfer.wrinkle_shapes import with_wrinkles
+    from ..io import usd
     from ..io.performances import write_any_performance
     from ..rig import Performance
 
     if not isinstance(take, Performance):
         raise BadInput(f"{output}: wrinkles go out with a rig; give a performance (.glb), or solve the take first")
+    if config.fine_map and output.suffix.lower() not in usd.SUFFIXES:
+        raise BadInput(f"{output}: glTF knows no displacement maps; write .usdc or .usdz, or leave out --fine-map")
+    if config.fine_map and model.fine is None:
+        raise BadInput(f"{output}: the maps have no fine map; fit them with --fine-size, or leave out --fine-map")
     wrinkled, kept = with_wrinkles(model, take, config)
-    write_any_performance(output, wrinkled)
     count = len(wrinkled.rig.names) - len(take.rig.names)
-    print(f"{output}: {len(wrinkled)} frames, {count} wrinkle shapes that keep {kept:.0%} of the detail's energy")
+    shapes = f"{count} wrinkle shapes that keep {kept:.0%} of the detail's energy"
+    if not config.fine_map:
+        write_any_performance(output, wrinkled)
+        print(f"{output}: {len(wrinkled)} frames, {shapes}")
+        return
+    usd.write_performance(output, wrinkled, fine_images(model, drive_by_performance(model, take)))
+    print(f"{output}: {len(wrinkled)} frames, {shapes}, and a displacement map a frame")

@@ -1,6 +1,6 @@
 """A synthesis as files: one mesh a frame with the head where it was, or a film with the head still."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -50,6 +50,13 @@ def fine_image(model: DetailModel, heights: Float32[np.ndarray, " p"]) -> Float3
     assert model.fine is not None
     read = np.where(model.fine.unreliable, np.nan, heights)
     return with_gutter(model.fine.texels.image(read if np.isfinite(read).any() else heights)).astype(np.float32)
+
+
+def fine_images(model: DetailModel, drive: Drive) -> Iterator[Float32[np.ndarray, "size size"]]:
+    """The fine map of every frame (`fine_image`)."""
+    assert model.fine is not None
+    for vectors in model.domain.vectors(drive.positions):
+        yield fine_image(model, model.fine.driven.values(vectors)[:, 0])
 
 
 def normal_image(model: DetailModel, height: Float32[np.ndarray, "size size"]) -> UInt8[np.ndarray, "size size 3"]:

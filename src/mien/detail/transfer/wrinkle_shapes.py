@@ -52,10 +52,12 @@ def wrinkle_shapes(
 ) -> tuple[Synthesizer, WrinkleShapes]:
     """Factor the detail of a rig's single shapes and of a performance: D = A B with A >= 0 (Ding et al. 2010).
 
+    With `config.fine_map` the fine map stays out of the shapes: it goes as pictures.
+
     Raises:
         BadInput: a performance without frames, or one that never moves.
     """
-    dense = replace(config, medium=True, fine_vertices=True, fine_map=False)
+    dense = replace(config, medium=True, fine_vertices=not config.fine_map, fine_map=False)
     synthesizer = Synthesizer(model, dense)
     count = len(performance.rig.names)
     singles = np.concatenate([np.zeros((1, count)), *(step * np.eye(count) for step in STEPS)])

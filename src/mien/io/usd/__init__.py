@@ -9,8 +9,11 @@ USD wants identifiers as names of prims; the rig's own names are the tokens of `
 text, and those are read.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float32
 
 from ...extras import require
 from ...files import note_clock
@@ -32,8 +35,14 @@ def write_rig(path: str | Path, rig: Rig) -> None:
     write_face(Path(path), rig, None)
 
 
-def write_performance(path: str | Path, performance: Performance) -> None:
+def write_performance(
+    path: str | Path, performance: Performance, heights: Iterable[Float32[np.ndarray, "h w"]] = ()
+) -> None:
     """Write a performance: its rig, weights (in 0..1, `rig.unit_weights`) and the head's pose.
+
+    Args:
+        heights: displacement maps of the rig's texture coordinates, along the normal, mm: one a frame, or one for all.
+            They go beside the file as `NAME.displacement/000000.exr`, ..., for `.usdz` into the package.
 
     Raises:
         ValueError: the head pose scales, or there is no frame.
@@ -46,14 +55,15 @@ def write_performance(path: str | Path, performance: Performance) -> None:
     from .write import write_face
 
     unit = with_unit_weights(performance)
-    write_face(Path(path), unit.rig, unit)
+    write_face(Path(path), unit.rig, unit, heights)
     note_clock(path, unit.rate, len(unit))
 
 
 def read_rig(path: str | Path, tell: Callable[[str], None] = unheard) -> Rig:
     """The rig of a USD file of any program: the mesh with the most blend shapes, as it stands at rest, millimetres.
 
-    Polygons become triangles; units and up axis are the stage's. `tell` hears what is left out (inbetweens).
+    Polygons become triangles; units and up axis are the stage's. `tell` hears what is left out (inbetweens,
+    displacement).
 
     Raises:
         BadInput: the extra is missing; missing, damaged, without blend shapes, or with shapes of another vertex count.
@@ -76,6 +86,18 @@ def read_performance(path: str | Path, tell: Callable[[str], None] = unheard) ->
     from .read import open_face
 
     return open_face(Path(path), tell).performance()
+
+
+def read_displacement(path: str | Path) -> Iterator[Float32[np.ndarray, "h w"]]:
+    """The displacement maps of a USD file's face, along the normal, mm: one a frame, one for all, or none.
+
+    Raises:
+        BadInput: as `read_rig`; a map is missing or no EXR.
+    """
+    require("pxr", "usd")
+    from .read import open_face
+
+    return open_face(Path(path), unheard).heights()
 
 
 def is_animated(path: str | Path) -> bool:

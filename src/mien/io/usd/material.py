@@ -20,7 +20,9 @@ def add_material(stage: Usd.Stage, mesh: UsdGeom.Mesh, path: Sdf.Path, texture: 
     surface.CreateInput("metallic", Sdf.ValueTypeNames.Float).Set(0.0)
     color = surface.CreateInput("diffuseColor", Sdf.ValueTypeNames.Color3f)
     if texture is not None:
-        color.ConnectToSource(_textured(stage, path, texture))
+        image = texture_reader(stage, path, "base_color", "sRGB")
+        image.GetInput("file").Set(Sdf.AssetPath(texture))
+        color.ConnectToSource(image.CreateOutput("rgb", Sdf.ValueTypeNames.Float3))
     elif mesh.GetDisplayColorPrimvar().HasAuthoredValue():
         color.ConnectToSource(_vertex_colored(stage, path))
     else:
@@ -30,19 +32,20 @@ def add_material(stage: Usd.Stage, mesh: UsdGeom.Mesh, path: Sdf.Path, texture: 
     UsdShade.MaterialBindingAPI.Apply(mesh.GetPrim()).Bind(material)
 
 
-def _textured(stage: Usd.Stage, path: Sdf.Path, texture: str) -> UsdShade.Output:
-    reader = UsdShade.Shader.Define(stage, path.AppendChild("st"))
-    reader.CreateIdAttr("UsdPrimvarReader_float2")
-    reader.CreateInput("varname", Sdf.ValueTypeNames.String).Set("st")
-    image = UsdShade.Shader.Define(stage, path.AppendChild("base_color"))
+def texture_reader(stage: Usd.Stage, path: Sdf.Path, name: str, color_space: str) -> UsdShade.Shader:
+    """A picture laid by the mesh's `st` under a material, its `file` still to be set."""
+    places = UsdShade.Shader.Define(stage, path.AppendChild("st"))
+    places.CreateIdAttr("UsdPrimvarReader_float2")
+    places.CreateInput("varname", Sdf.ValueTypeNames.String).Set("st")
+    image = UsdShade.Shader.Define(stage, path.AppendChild(name))
     image.CreateIdAttr("UsdUVTexture")
-    image.CreateInput("file", Sdf.ValueTypeNames.Asset).Set(Sdf.AssetPath(texture))
-    image.CreateInput("sourceColorSpace", Sdf.ValueTypeNames.Token).Set("sRGB")
+    image.CreateInput("file", Sdf.ValueTypeNames.Asset)
+    image.CreateInput("sourceColorSpace", Sdf.ValueTypeNames.Token).Set(color_space)
     for axis in ("wrapS", "wrapT"):
         image.CreateInput(axis, Sdf.ValueTypeNames.Token).Set("clamp")
-    places = reader.CreateOutput("result", Sdf.ValueTypeNames.Float2)
-    image.CreateInput("st", Sdf.ValueTypeNames.Float2).ConnectToSource(places)
-    return image.CreateOutput("rgb", Sdf.ValueTypeNames.Float3)
+    st = places.CreateOutput("result", Sdf.ValueTypeNames.Float2)
+    image.CreateInput("st", Sdf.ValueTypeNames.Float2).ConnectToSource(st)
+    return image
 
 
 def _vertex_colored(stage: Usd.Stage, path: Sdf.Path) -> UsdShade.Output:
@@ -68,13 +71,9 @@ def srgb_colors(mesh: UsdGeom.Mesh, count: int) -> np.ndarray | None:
 
 def read_texture(mesh: UsdGeom.Mesh) -> UInt8[np.ndarray, "h w 3"] | None:
     """The picture that feeds the diffuse colour of the mesh's material; None where there is none that can be read."""
-    material, _ = UsdShade.MaterialBindingAPI(mesh.GetPrim()).ComputeBoundMaterial()
-    surface = material.ComputeSurfaceSource()[0] if material else None
-    source = surface.GetInput("diffuseColor").GetConnectedSources()[0] if surface else None
-    if not source:
-        return None
-    file = UsdShade.Shader(source[0].source.GetPrim()).GetInput("file")
-    data = _bytes(file.Get()) if file and file.Get() else None
+    image = fed_by(mesh, "diffuseColor")
+    file = None if image is None else image.GetInput("file")
+    data = asset_bytes(file.Get()) if file and file.Get() else None
     if data is None:
         return None
     try:
@@ -83,7 +82,16 @@ def read_texture(mesh: UsdGeom.Mesh) -> UInt8[np.ndarray, "h w 3"] | None:
         return None
 
 
-def _bytes(asset: Sdf.AssetPath) -> bytes | None:
+def fed_by(mesh: UsdGeom.Mesh, name: str) -> UsdShade.Shader | None:
+    """What feeds an input of the surface of the mesh's material; None where nothing does."""
+    material, _ = UsdShade.MaterialBindingAPI(mesh.GetPrim()).ComputeBoundMaterial()
+    surface = material.ComputeSurfaceSource()[0] if material else None
+    given = surface.GetInput(name) if surface else None
+    sources = given.GetConnectedSources()[0] if given else None
+    return UsdShade.Shader(sources[0].source.GetPrim()) if sources else None
+
+
+def asset_bytes(asset: Sdf.AssetPath) -> bytes | None:
     """An asset's content, from beside the file or from inside a package."""
     from pxr import Ar
 

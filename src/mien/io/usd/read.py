@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float, Float32, Int
 from pxr import Gf, Tf, Usd, UsdGeom, UsdSkel, UsdUtils
 
 from ...errors import BadInput
@@ -16,6 +16,7 @@ from ...mesh import Mesh
 from ...rig import Performance, Rig
 from ...rig.unit_weights import joined
 from ..meshes.polygons import fan
+from .displacement import is_displaced, read_maps
 from .material import read_texture, srgb_colors
 from .motion import FaceMotion, matrix, read_motion, weight_attribute
 
@@ -68,6 +69,11 @@ class OpenFace:
         tracked[[frame for frame in motion.untracked if 0 <= frame < len(weights)]] = False
         return Performance(rig, weights, motion.T_world_face, motion.rate, tracked)
 
+    def heights(self) -> Iterator[Float32[np.ndarray, "h w"]]:
+        """Its displacement maps, mm."""
+        with told(self.path):
+            yield from read_maps(self.path, self.mesh, UsdGeom.GetStageMetersPerUnit(self.stage) * _MM_IN_METRE)
+
     def _tokens(self) -> list[str]:
         tokens = UsdSkel.BindingAPI(self.mesh.GetPrim()).GetBlendShapesAttr().Get()
         return [str(token) for token in tokens or []]
@@ -91,6 +97,8 @@ class OpenFace:
         names, deltas = self._shapes(len(vertices))
         uv, uv_faces = _texture_coordinates(self.mesh, corners, faces, len(vertices))
         surface = Mesh(vertices, faces, uv, uv_faces, srgb_colors(self.mesh, len(vertices)))
+        if is_displaced(self.mesh):
+            self.tell(f"{self.path}: displacement maps are left out of what is read")
         return Rig(surface, deltas @ placed[:3, :3].T, names, read_texture(self.mesh))
 
     def _shapes(self, n: int) -> tuple[tuple[str, ...], Float[np.ndarray, "shapes n 3"]]:

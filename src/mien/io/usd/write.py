@@ -2,9 +2,12 @@
 
 import shutil
 import tempfile
+from collections.abc import Iterable
+from itertools import chain, islice
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import Float32
 from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdSkel, UsdUtils, Vt
 
 from ...errors import BadInput
@@ -13,29 +16,48 @@ from ...rig import Performance, Rig
 from ...rig.morph_normals import neutral_normals, normal_offsets
 from ...transforms import quaternions_from_rotations
 from ..gltf.mesh import MM, png_bytes
+from .displacement import NAME as DISPLACEMENT
+from .displacement import add_displacement, write_maps
 from .material import add_material, linear_colors
 from .motion import RATE, UNTRACKED
 from .prim_names import prim_names
 
 ROOT = Sdf.Path("/face")
+SKIN = ROOT.AppendPath("materials/skin")
 JOINT = "head"
 _TEXTURE = ".base_color.png"
 """How the name of a face's picture ends, which lies beside it or in its package."""
+Heights = Iterable[Float32[np.ndarray, "h w"]]
+"""Displacement maps, mm, one a frame or one for all."""
 _NOTHING_MM = 1e-6
 """Displacements below this are written as none: less than float32 can say about a position."""
 
 
-def write_face(path: Path, rig: Rig, played: Performance | None) -> None:
-    """Write a rig and, with `played` (on this rig, weights in 0..1), its animation."""
+def write_face(path: Path, rig: Rig, played: Performance | None, heights: Heights = ()) -> None:
+    """Write a rig and, with `played` (on this rig, weights in 0..1), its animation; displacement maps one a frame."""
     if path.suffix.lower() == ".usdz":
-        _write_package(path, rig, played)
+        _write_package(path, rig, played, heights)
         return
-    name, png = path.stem + _TEXTURE, _texture(rig)
     with whole(path) as temporary:
-        _export(_stage(rig, played, f"./{name}" if png else None), temporary)
-        if png:
-            with whole(path.with_name(name)) as picture:
-                picture.write_bytes(png)
+        _write_beside(path, temporary, rig, played, heights)
+
+
+def _write_beside(path: Path, temporary: Path, rig: Rig, played: Performance | None, heights: Heights) -> None:
+    """The stage at `temporary`, the pictures beside `path`, which it will be."""
+    name, png = path.stem + _TEXTURE, _texture(rig)
+    maps = _maps(path.with_name(f"{path.stem}.{DISPLACEMENT}"), heights)
+    _export(_stage(rig, played, f"./{name}" if png else None, maps), temporary)
+    if png:
+        with whole(path.with_name(name)) as picture:
+            picture.write_bytes(png)
+
+
+def _maps(folder: Path, heights: Heights) -> list[str]:
+    """Displacement maps written into a folder; their paths from beside it. Without any there is no folder."""
+    first = list(islice(heights := iter(heights), 1))
+    if not first:
+        return []
+    return [f"./{folder.name}/{name}" for name in write_maps(folder, chain(first, heights))]
 
 
 def _texture(rig: Rig) -> bytes | None:
@@ -43,14 +65,11 @@ def _texture(rig: Rig) -> bytes | None:
     return None if rig.texture is None or rig.neutral.uv is None else png_bytes(rig.texture)
 
 
-def _write_package(path: Path, rig: Rig, played: Performance | None) -> None:
-    """A `.usdz`: an uncompressed archive of one `.usdc` and its texture."""
-    name, png = "face" + _TEXTURE, _texture(rig)
+def _write_package(path: Path, rig: Rig, played: Performance | None, heights: Heights) -> None:
+    """A `.usdz`: an uncompressed archive of one `.usdc` and its pictures."""
     with whole(path) as temporary, tempfile.TemporaryDirectory() as folder:
         inside, packed = Path(folder) / "face.usdc", Path(folder) / "face.usdz"
-        _export(_stage(rig, played, f"./{name}" if png else None), inside)
-        if png:
-            (Path(folder) / name).write_bytes(png)
+        _write_beside(inside, inside, rig, played, heights)
         if not UsdUtils.CreateNewUsdzPackage(Sdf.AssetPath(str(inside)), str(packed)):
             raise BadInput(f"{path}: the package could not be written; try .usdc")
         shutil.copyfile(packed, temporary)
@@ -61,7 +80,7 @@ def _export(stage: Usd.Stage, path: Path) -> None:
         raise OSError(f"{path}: cannot be written")
 
 
-def _stage(rig: Rig, played: Performance | None, texture: str | None) -> Usd.Stage:
+def _stage(rig: Rig, played: Performance | None, texture: str | None, maps: list[str]) -> Usd.Stage:
     stage = Usd.Stage.CreateInMemory(".usda")
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
     UsdGeom.SetStageMetersPerUnit(stage, 1.0)
@@ -73,7 +92,9 @@ def _stage(rig: Rig, played: Performance | None, texture: str | None) -> Usd.Sta
     _bind(stage, mesh, rig)
     _shapes(stage, mesh, rig, normals)
     UsdGeom.Scope.Define(stage, ROOT.AppendChild("materials"))
-    add_material(stage, mesh, ROOT.AppendPath("materials/skin"), texture)
+    add_material(stage, mesh, SKIN, texture)
+    if maps:
+        add_displacement(stage, SKIN, maps)
     root.CreateExtentAttr(_extent(rig, played))
     if played is not None:
         _animate(stage, played)
