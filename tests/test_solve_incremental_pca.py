@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from mien._kernels.mix import combine
 from mien.solve import IncrementalPca, IncrementalPcaConfig
 
 SMALL = IncrementalPcaConfig(components=3, buffer=20, warm_up=20)
@@ -112,6 +113,15 @@ def test_directions_that_the_samples_lack_are_columns_of_zero_until_they_come():
     for sample in stream(11, 20):
         model.add(sample)
     np.testing.assert_allclose(np.linalg.norm(model.basis, axis=0), 1, atol=1e-5)
+
+
+def test_a_full_buffer_does_not_compile_anew():
+    """A live loop would stand still for a second when the last place is taken."""
+    fed(stream(13, 22), SMALL)
+    assert {(str(kind.dtype), kind.layout) for types in combine.signatures for kind in types} <= {
+        ("float32", "C"),
+        ("float64", "C"),
+    }
 
 
 def test_wrong_samples_and_sizes_are_named():

@@ -66,7 +66,7 @@ class IncrementalPca:
     @property
     def gram(self) -> Float[np.ndarray, "s s"]:
         """Inner products of the samples in the buffer."""
-        return self._gram[: self._held, : self._held]
+        return _packed(self._gram[: self._held, : self._held])
 
     @property
     def _held(self) -> int:
@@ -111,7 +111,7 @@ class IncrementalPca:
         place = self.count % self.config.buffer
         held, mix = self._held, self._mix[: self._held]
         inner = products(self._samples[:held], sample)
-        projections = combine(self._gram[:held, : max(held, place + 1)], mix)
+        projections = combine(_packed(self._gram[:held, : max(held, place + 1)]), mix)
         projections[:, place] = inner @ mix
         self._samples[place] = sample
         self.count += 1
@@ -162,6 +162,11 @@ def _whitening(square):
 
 def _single(matrix):
     return np.ascontiguousarray(matrix, dtype=np.float32)
+
+
+def _packed(matrix):
+    """Rows without gaps, whether or not the buffer is full: a kernel is compiled once for them, not again live."""
+    return np.ascontiguousarray(matrix)
 
 
 def _ridged(matrix):
