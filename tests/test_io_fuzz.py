@@ -10,7 +10,7 @@ from fuzz_seeds import Reader
 
 from mien.errors import BadInput
 
-SECONDS = 15
+SECONDS = 8
 """By hand as long as one likes: python tools/fuzz_readers.py --seconds 3600."""
 
 
