@@ -59,7 +59,7 @@ bpy.ops.wm.read_factory_settings(use_empty=True)
 bpy.ops.wm.usd_import(filepath="face.usdc")
 nodes = {node.type: node for node in bpy.data.materials["skin"].node_tree.nodes}
 picture, moved = nodes["TEX_IMAGE"].image, nodes["DISPLACEMENT"]
-print("FOUND", moved.inputs["Scale"].default_value, moved.inputs["Midlevel"].default_value, *picture.pixels[::4])
+print("FOUND", moved.inputs["Scale"].default_value, moved.inputs["Midlevel"].default_value, *list(picture.pixels)[::4])
 """
     (tmp_path / "asked.py").write_text(asked)
     [line] = [line for line in run(BLENDER, "asked.py", cwd=tmp_path).splitlines() if line.startswith("FOUND")]

@@ -2,14 +2,16 @@ import numpy as np
 import pytest
 
 from mien.blendshapes.build.rig_files import write_textured_rig
+from mien.clip import Markers
 from mien.errors import BadInput
 from mien.faces import load_face
 from mien.io.gltf import write_performance, write_rig
+from mien.io.markers import write_c3d
 from mien.mesh import Scan
 from mien.rig import Performance, Rig
 from mien.transforms import Transform
 from mien.viewer.open_files import gather, open_face, reopened
-from studio_things import nodding
+from studio_things import nodding, write_take
 from test_blendshapes_build_masks import textured
 
 
@@ -45,3 +47,12 @@ def test_a_rig_brings_its_textures_and_a_performance_those_of_the_rig_that_is_na
     assert reopened(own).textured is not own.textured
     with pytest.raises(BadInput, match="no textures beside it"):
         gather([tmp_path / "perf.glb"], textured=tmp_path / "perf.glb")
+
+
+def test_a_take_written_anew_is_read_again(tmp_path):
+    write_performance(tmp_path / "perf.glb", nodding(5))
+    write_take(tmp_path / "take.c3d", nodding(5))
+    shown, _ = gather([tmp_path / "perf.glb", tmp_path / "take.c3d"])
+    take = shown[1].thing
+    write_c3d(tmp_path / "take.c3d", Markers(take.positions[:3], take.labels, take.rate))
+    assert len(reopened(shown[1]).thing.positions) == 3

@@ -1,4 +1,8 @@
-"""Pictures of the page for the docs: `python tools/page_pictures.py docs/pictures`; needs Chromium and Playwright."""
+"""Pictures of the page for the docs; needs Chromium and Playwright.
+
+python tools/page_pictures.py docs/pictures [DEMO]: with `demo`, after `mien demo rgbd` and `mien demo scans`,
+those of a film and of worst regions too.
+"""
 
 import sys
 from pathlib import Path
@@ -37,6 +41,12 @@ CLICKS = ((243, 408), (679, 388))
 SEATED = "studio.stage.frame('right'); studio.markers.take(12)"
 MARKED = "studio.map.open.press(true); studio.map.said.landmarks[61] = [288, 353]; studio.map.show()"
 READY = "window.studio && Promise.all([studio.markers?.ready, studio.map?.ready]).then(() => true)"
+
+OVER = """studio.over.button.press(true); studio.over.strength.value = 0.6;
+studio.over.strength.dispatchEvent(new Event('input'));"""
+SPOKEN = 120
+"""Frame of the demo's film that is shown."""
+WORST = "document.querySelector('#worst button')?.click()"
 
 SPOTS = [(x, y, 110 - 0.007 * x * x) for y in range(-80, 81, 20) for x in range(-60, 61, 20)]
 """Before the face, mm: a marker is on the skin nearest to each."""
@@ -94,7 +104,14 @@ def mapped(folder: Path) -> Path:
     return folder / "smile.exr"
 
 
-def shoot(chromium, files: list[Path], script: str, picture: Path, clicks: tuple[tuple[int, int], ...] = ()) -> None:
+def shoot(
+    chromium,
+    files: list[Path],
+    script: str,
+    picture: Path,
+    clicks: tuple[tuple[int, int], ...] = (),
+    frame: int = FRAME,
+) -> None:
     """Open files in the page, run a script there, click, and take the picture."""
     shown, films = gather(files)
     server = Studio(shown, films).open("127.0.0.1")
@@ -102,7 +119,7 @@ def shoot(chromium, files: list[Path], script: str, picture: Path, clicks: tuple
     page.set_default_timeout(PATIENCE_MS)
     page.goto(server.address)
     page.wait_for_function(READY)
-    page.evaluate(f"{script}; if (studio.clock.duration) studio.clock.seek({FRAME})")
+    page.evaluate(f"{script}; if (studio.clock.duration) studio.clock.seek({frame})")
     for x, y in clicks:
         page.mouse.click(x, y)
     page.wait_for_timeout(500)
@@ -112,8 +129,8 @@ def shoot(chromium, files: list[Path], script: str, picture: Path, clicks: tuple
     server.server_close()
 
 
-def main(folder: Path) -> None:
-    """Write studio.png, and studio_compare, _scans, _markers and _map."""
+def main(folder: Path, demo: Path | None = None) -> None:
+    """Write studio.png, and studio_compare, _scans, _markers and _map; from the demos' folders _film and _regions."""
     with TemporaryDirectory() as place, sync_playwright() as driver:
         work = Path(place)
         perf, scans = staged(work), scanned(work)
@@ -124,8 +141,13 @@ def main(folder: Path) -> None:
         take = marked(work, read_performance(perf))
         shoot(chromium, [perf, take], SEATED, folder / "studio_markers.png")
         shoot(chromium, [mapped(work)], MARKED, folder / "studio_map.png")
+        if demo is not None:
+            film = [demo / "rgbd/perf.glb", demo / "rgbd/take"]
+            shoot(chromium, film, OVER, folder / "studio_film.png", frame=SPOKEN)
+            registered = [demo / "scans/rig.register.json", demo / "scans/scans"]
+            shoot(chromium, registered, WORST, folder / "studio_regions.png")
         chromium.close()
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main(*map(Path, sys.argv[1:]))

@@ -9,10 +9,12 @@ import { button, choice, heading, make, row, save, toggle } from "./dom.js";
 import { Edits } from "./edits.js";
 import { film } from "./film.js";
 import { Live } from "./live.js";
+import { OverFilm } from "./over_film.js";
 import { GpuFace } from "./gpu_face.js";
 import { MapPanel } from "./map.js";
 import { MarkersPanel } from "./markers.js";
 import { Motion } from "./motion.js";
+import { MarkerNames } from "./marker_names.js";
 import { filmOf, MarkerCloud } from "./overlays.js";
 import { address, served } from "./remote.js";
 import { loadScene } from "./scene_file.js";
@@ -83,12 +85,19 @@ class Studio {
     document.title = `${this.shown.map(({ name }) => name).join(", ")}: mien`;
     const panel = document.getElementById("panel"), every = (change) => (value) => { for (const one of this.shown) change(one, value); this.stage.touch(); };
     const uniform = (name) => every(({ face }, value) => { face.uniforms[name].value = value; });
-    panel.append(heading("Look"), row(...Object.keys(PRESETS).map((name) => button(name, () => this.stage.frame(name)))));
+    panel.append(heading("Look"), row(...Object.keys(PRESETS).map((name) => button(name, () => this.lookFrom(name)))));
+    this.hold = toggle("hold the head", (on) => { if (on) this.over?.button.press(false); this.stillHead = on; this.show(); });
     const surface = choice("surface", [["0", "colours"], ["1", "clay"], ["2", this.compared ? "distance" : "movement"]], "0", (value) => { uniform("look")(value === "1" ? 1 : 0); uniform("heat")(value === "2" ? 1 : 0); limit.hidden = value !== "2"; });
     surface.id = "surface";
     const limit = make("input", { type: "range", min: 0.5, max: 20, step: 0.5, value: 5, hidden: true, ariaLabel: "millimetres at the top of the scale", on: { input: () => { uniform("limit")(Number(limit.value)); told.textContent = `blue 0 mm, yellow ${limit.value} mm`; } } });
-    panel.append(row(surface, toggle("wireframe", every(({ view }, value) => { view.wireframe = value; })), toggle("hold the head", (on) => { this.stillHead = on; this.show(); })), limit);
-    if (this.clouds.length) panel.append(row(toggle("markers", (on) => { for (const cloud of this.clouds) cloud.points.visible = on; this.stage.touch(); }, true)));
+    panel.append(row(surface, toggle("wireframe", every(({ view }, value) => { view.wireframe = value; })), this.hold), limit);
+    const films = header.films.map((one) => filmOf({ ...one, address: address(one.address) }, this.clock)), lying = header.films.findIndex(({ camera }) => camera);
+    document.getElementById("film").append(...films);
+    if (lying >= 0 && this.shown.length === 1) this.over = new OverFilm(panel, this, header.films[lying], films[lying]);
+    if (this.clouds.length) {
+      this.names = new MarkerNames(this.stage, this.clouds);
+      panel.append(row(toggle("markers", (on) => { for (const cloud of this.clouds) cloud.points.visible = on; this.stage.touch(); }, true), toggle("names", (on) => { this.names.all = on; this.stage.touch(); })));
+    }
     if (this.shown.some(({ alive }) => alive?.any)) {
       this.livelier = toggle("eyes alive (made up)", (on) => { this.lively = on; this.show(); });
       panel.append(row(this.livelier));
@@ -106,7 +115,6 @@ class Studio {
     if (this.current.motion) this.correct = new CorrectPanel(panel, this);
     if (served && this.clouds.length && this.current.motion) this.markers = new MarkersPanel(panel, this, this.clouds[0]);
     if (this.current.face.names.length) this.sliders = new Sliders(panel, this);
-    document.getElementById("film").append(...header.films.map((film) => filmOf({ ...film, address: address(film.address) }, this.clock)));
     if (this.clock.duration) this.timeline = new Timeline(document.getElementById("timeline"), this);
     else document.getElementById("timeline").hidden = true;
     addEventListener("keydown", (event) => this.key(event));
@@ -122,6 +130,8 @@ class Studio {
       if (!answer) say("the server has ended; what was saved is on disk");
     }, WATCH_MS);
   }
+
+  lookFrom(name) { this.over?.button.press(false); this.stage.frame(name); }
 
   turnTo(one) { this.current = one; this.chosen.clear(); this.map?.turnTo(one); this.sliders?.fill(); if (this.timeline) this.timeline.ranked = null; this.show(); }
 
@@ -195,7 +205,7 @@ class Studio {
     const step = (now) => {
       this.clock.tick((now - last) / 1000);
       last = now;
-      this.stage.draw();
+      if (this.stage.draw()) this.names?.show();
       requestAnimationFrame(step);
     };
     requestAnimationFrame(step);

@@ -11,13 +11,14 @@ export const PRESETS = { front: [0, 0], left: [35, 5], right: [-35, 5], "left si
 
 export class Stage {
   constructor(canvas) {
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
     if (!this.renderer.getContext().getExtension("EXT_color_buffer_float")) throw new Error("this page needs WebGL 2 with float targets");
     this.renderer.autoClear = false;
     this.camera = new THREE.PerspectiveCamera(FOV, 1, 1, 1e5);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.addEventListener("change", () => this.touch());
     this.views = []; // one a face: { face, scene, overlay }
+    this.through = null; // of a picture's size, the matrices of a camera that the face is seen through, with nothing behind it
     this.backdrop = raw(COVER, BACKDROP, {}, { depthTest: false, depthWrite: false });
     this.shadows = new THREE.WebGLRenderTarget(64, 64, { type: THREE.FloatType, format: THREE.RedFormat, minFilter: THREE.NearestFilter, magFilter: THREE.NearestFilter });
     this.picked = new THREE.WebGLRenderTarget(1, 1, { type: THREE.FloatType, format: THREE.RGBAFormat });
@@ -94,14 +95,16 @@ export class Stage {
     camera.aspect = wide / high;
     camera.fov = camera.aspect >= 1 ? FOV : (Math.atan(Math.tan((FOV * Math.PI) / 360) / camera.aspect) * 360) / Math.PI;
     camera.updateProjectionMatrix();
+    if (this.through) this.fixed = this.through(wide, high);
     if (this.fixed) { camera.matrixAutoUpdate = false; camera.matrixWorld.fromArray(this.fixed.matrix); camera.projectionMatrix.fromArray(this.fixed.projection); camera.matrix.copy(camera.matrixWorld); camera.matrixWorldInverse.copy(camera.matrixWorld).invert(); } else { camera.matrixAutoUpdate = true; camera.updateMatrixWorld(); }
     renderer.setScissorTest(true);
     this.views.forEach((view, i) => {
       this.light(view);
       renderer.setViewport(i * wide, 0, wide, high);
       renderer.setScissor(i * wide, 0, wide, high);
+      renderer.setClearColor(0x000000, 0);
       renderer.clear();
-      run(renderer, this.backdrop, null);
+      if (!this.through) run(renderer, this.backdrop, null);
       renderer.render(view.scene, camera);
       if (view.wireframe) this.lines(view);
     });
@@ -126,7 +129,9 @@ export class Stage {
     const { renderer, camera } = this, box = renderer.domElement.getBoundingClientRect(), wide = box.width / this.views.length;
     const index = Math.floor((x - box.left) / wide), view = this.views[index];
     if (!view) return null;
-    camera.setViewOffset(wide, box.height, x - box.left - index * wide, y - box.top, 1, 1);
+    const across = (2 * (x + 0.5 - box.left)) / wide - 2 * index - 1, up = 1 - (2 * (y + 0.5 - box.top)) / box.height;
+    const whole = camera.projectionMatrix.clone();
+    camera.projectionMatrix.premultiply(new THREE.Matrix4().set(wide, 0, 0, -wide * across, 0, box.height, 0, -box.height * up, 0, 0, 1, 0, 0, 0, 0, 1));
     view.face.mesh.material = view.face.pickMaterial;
     renderer.setRenderTarget(this.picked);
     renderer.setScissorTest(false);
@@ -137,7 +142,7 @@ export class Stage {
     renderer.readRenderTargetPixels(this.picked, 0, 0, 1, 1, read);
     renderer.setRenderTarget(null);
     view.face.mesh.material = view.face.material;
-    camera.clearViewOffset();
+    camera.projectionMatrix.copy(whole);
     return read[3] ? { index, place: Array.from(read.subarray(0, 3)) } : null;
   }
 

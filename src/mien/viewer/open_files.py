@@ -16,10 +16,9 @@ from ..io.edits_file import read_captured
 from ..io.markers import READERS, read_marker_file
 from ..io.meshes import read_scan
 from ..io.performances import READ, face_kind
-from ..io.rigs import GLTF, read_any_rig
+from ..io.rigs import read_any_rig
 from ..mesh import Scan
 from ..rig import Performance, Rig
-from ..units import parse_unit
 from .studio_scene import Film, Shown
 from .take_film import PLAYED, RECORDED, film_of, has_film
 from .worst_regions import is_record, read_regions, scans_to_mend
@@ -49,13 +48,10 @@ def gather(
         if has_film(file):
             films.append(film_of(file))
         elif suffix in READERS:
-            shown.append(Shown(file.name, read_marker_file(file, units, as_filed=True).markers, file))
+            shown.append(Shown(file.name, open_take(file, units), file, units))
         else:
-            unit_mm = 1.0 if units is None or suffix in GLTF else parse_unit(units)
-            face = open_face(file, units)
-            shown.append(
-                Shown(file.name, face, file, unit_mm, textures_for(face, file, textured), regions.get(file.stem, ()))
-            )
+            face, worst = open_face(file, units), regions.get(file.stem, ())
+            shown.append(Shown(file.name, face, file, units, textures_for(face, file, textured), worst))
     return shown, films
 
 
@@ -89,10 +85,17 @@ def reopened(shown: Shown) -> Shown:
     Raises:
         BadInput: what its reader raises.
     """
-    if shown.path is None or isinstance(shown.thing, Markers):
+    if shown.path is None:
         return shown
-    thing = open_face(shown.path, f"{shown.unit_mm:g}" if shown.unit_mm != 1.0 else None)
+    if isinstance(shown.thing, Markers):
+        return replace(shown, thing=open_take(shown.path, shown.units))
+    thing = open_face(shown.path, shown.units)
     return replace(shown, thing=thing, textured=textures_for(thing, shown.path, None) or shown.textured)
+
+
+def open_take(file: Path, units: str | None = None) -> Markers:
+    """Markers as their file has them, with none of what was corrected. Errors as `read_marker_file`."""
+    return read_marker_file(file, units, as_filed=True).markers
 
 
 def open_face(file: Path, units: str | None = None) -> Performance | Rig | Scan:

@@ -8,8 +8,10 @@ from typing import cast
 
 from ..clip import Markers
 from ..errors import BadInput
+from ..io.rigs import GLTF
 from ..mesh import Scan
 from ..rig import Performance
+from ..units import parse_unit
 from .kept.clicked_pairs import ClickedPairs, ViewedScan
 from .kept.corrections import Corrections
 from .kept.film_out import FilmOut
@@ -97,8 +99,9 @@ class Studio:
 
     def _scans(self) -> list[ViewedScan]:
         """Scans that came from files; maps have marks of their own."""
-        paths = [(one.path, one.unit_mm) for one in self.shown if isinstance(one.thing, Scan) and one.path is not None]
-        return [ViewedScan(path, unit_mm) for path, unit_mm in paths if path.suffix.lower() != MAP]
+        scans = [one for one in self.shown if isinstance(one.thing, Scan)]
+        paths = [(one.path, one.units) for one in scans if one.path is not None and one.path.suffix.lower() != MAP]
+        return [ViewedScan(path, _unit_mm(path, units)) for path, units in paths]
 
     def _corrected(self) -> dict[int, Path]:
         """Performances that came from files, by their number among the page's faces."""
@@ -116,3 +119,8 @@ class Studio:
         server = open_server(self.routes(), host, port)
         threading.Thread(target=server.serve_forever, daemon=True).start()
         return server
+
+
+def _unit_mm(path: Path, units: str | None) -> float:
+    """Millimetres in one unit of a scan's file; glTF says its own."""
+    return 1.0 if units is None or path.suffix.lower() in GLTF else parse_unit(units)

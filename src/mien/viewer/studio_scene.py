@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..blendshapes.build.masks import TexturedRig
+from ..camera import Camera
 from ..clip import Markers
 from ..errors import BadInput
 from ..faces import load_face
@@ -24,6 +25,9 @@ from .worst_regions import RegionMisfit
 MOST_SIDE_BY_SIDE = 4
 """Faces in one page: more are too narrow to see."""
 
+SEEN_SHARE = 0.9
+"""Of the frames that were tracked: a face that is in a film's picture in these was tracked there."""
+
 
 @dataclass(frozen=True)
 class Shown:
@@ -34,8 +38,8 @@ class Shown:
     thing: Performance | Rig | Scan | Markers
     path: Path | None = None
     """The file that it came from; corrections are kept beside it."""
-    unit_mm: float = 1.0
-    """Millimetres in one unit of a scan's file."""
+    units: str | None = None
+    """Of the file, as asked for."""
     textured: TexturedRig | None = None
     """Whose textures go with the shapes of a performance or rig."""
     regions: tuple[RegionMisfit, ...] = ()
@@ -48,6 +52,8 @@ class Film:
 
     name: str
     path: Path
+    camera: Camera | None = None
+    """That took it, in pixels of the take; None where nothing says so."""
 
 
 def pack_scene(shown: Sequence[Shown], films: Sequence[Film] = (), live: bool = False) -> bytes:
@@ -67,11 +73,36 @@ def pack_scene(shown: Sequence[Shown], films: Sequence[Film] = (), live: bool = 
     header = {
         "faces": [_face(one, scene) for one in faces],
         "markers": [_markers(one, first, scene) for one in takes],
-        "films": [{"name": film.name, "address": f"media/{i}{film.path.suffix}"} for i, film in enumerate(films)],
+        "films": [_film(i, film, first) for i, film in enumerate(films)],
         "live": live,
         "palette": scene.array(table("heat")[:LEVELS], "f4"),
     }
     return scene.file(header)
+
+
+def _film(number: int, film: Film, first: Performance | None) -> dict[str, Any]:
+    """Where the page finds a film and, where a performance was tracked in it, its camera and T_mean_camera (+Y up)."""
+    told: dict[str, Any] = {"name": film.name, "address": f"media/{number}{film.path.suffix}"}
+    if film.camera is not None and first is not None and is_before(film.camera, first):
+        T_mean_camera = mean_pose(first).inverse()
+        turn = quaternions_from_rotations(T_mean_camera.rotation[None])[0]
+        told["camera"] = asdict(film.camera)
+        told["place"] = [*T_mean_camera.translation.tolist(), *turn.tolist()]
+    return told
+
+
+def is_before(camera: Camera, performance: Performance) -> bool:
+    """Whether a camera at the world's origin, looking along -Z, has the face in its picture in nearly every frame.
+
+    That is where `mien track` leaves faces; those of marker takes stand elsewhere.
+    """
+    pose = performance.T_world_face
+    middles = pose.translation + pose.rotation @ performance.rig.neutral.vertices.mean(axis=0)
+    middles = middles[performance.tracked] * [1, -1, -1]
+    ahead = middles[middles[:, 2] > 0]
+    x, y = camera.project(ahead).T
+    within = (x > 0) & (x < camera.width) & (y > 0) & (y < camera.height)
+    return int(within.sum()) >= SEEN_SHARE * max(len(middles), 1)
 
 
 def _face(one: Shown, scene: SceneWriter) -> dict[str, Any]:

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import UInt8
 from PIL import Image
 
+from ..errors import BadInput
 from ..pictures import write_mp4
 from ..rgbd import VIDEO_SUFFIXES, RgbdTake, read_rgbd
 from ..rgbd.folder import DEPTH, part_of
@@ -32,15 +33,20 @@ def has_film(path: Path) -> bool:
 def film_of(path: Path) -> Film:
     """The file itself where a browser plays it; else the take's pictures, as a film in a folder that goes at the end.
 
+    Its camera is the take's; a video's is assumed as `mien track` assumes it.
+
     Raises:
         BadInput: what `read_rgbd` raises.
     """
     if path.suffix.lower() in PLAYED:
-        return Film(path.name, path)
+        try:
+            return Film(path.name, path, read_rgbd(path).camera)
+        except BadInput:  # a browser may play it all the same
+            return Film(path.name, path)
     take = read_rgbd(path)
     made = Path(_scratch().name) / f"{len(list(Path(_scratch().name).iterdir()))}.mp4"
     write_mp4(made, _pictures(take), take.rate)
-    return Film(path.name, made)
+    return Film(path.name, made, take.camera)
 
 
 def _pictures(take: RgbdTake) -> Iterator[UInt8[np.ndarray, "h w 3"]]:
