@@ -1,16 +1,23 @@
-"""What a marker take allows at best: the true face under its markers, and the weights with the best scale a shape.
+"""What a take allows at best, by oracles that know the truth.
 
-    python benchmarks/oracles.py [--only markers100 markers30] [--takes FOLDER] [--played FOLDER]
+    python benchmarks/oracles.py [--only markers100 markers30 rgbd] [--takes FOLDER] [--played FOLDER]
 
 The true neutral mesh in the true head pose, moved by a smooth spline under the markers as they were recorded, and under
 the skin that they sit on: % of the frozen baseline, take / strongest tenth. With `--played`, the `--work` folder of
-`strangers.py`, the error of its weights too. The takes lie in `shared/strangers`; without them nothing is run.
+`strangers.py`, the error of its weights too, as they are and with the best scale a shape.
+
+An RGB-D take (two minutes): what is tracked; the weights that were played, and the best ones for every true place of
+the skin, on the person's rig; shapes scaled or relearnt for the weights that were found; the error along the skin taken
+away; the take tracked anew with such scales, with the true neutral, with the true head pose. The takes lie in
+`shared/strangers`; without them nothing is run.
 """
 
 import argparse
 from pathlib import Path
 
 import numpy as np
+from oracles_rgbd import rgbd
+from shares import shares
 from strangers import default_takes
 
 from mien.io.gltf import read_performance
@@ -24,6 +31,7 @@ REACH_MM = 40.0
 """A marker's pull fades beyond about so far; 17 to 100 mm change a percent or two."""
 STEP = 12
 """Every so many frames are scored."""
+TAKES = ("markers100", "markers30", "rgbd")
 SCALES = np.r_[0.0, np.geomspace(0.1, 10.0, 60)]
 """Scales of a weight that are tried."""
 
@@ -48,20 +56,6 @@ def interpolation(folder: Path) -> None:
         print(f"{folder.name}, {what}: {shares(np.einsum('vk,tkd->tvd', S, pulled), moved[:, skin])}")
 
 
-def shares(found: np.ndarray, true: np.ndarray) -> str:
-    """Errors of motions from the neutral, (t, v, 3) mm, as the takes' own script names them."""
-    length = np.linalg.norm(true, axis=2).mean(axis=1)
-    strong = np.argsort(-length)[: max(len(true) // 10, 1)]
-    frozen = np.linalg.norm(true - true.mean(axis=0), axis=2)
-    off = found - true
-    cells = []
-    for name, error in (("own", off), ("mean removed", off - off.mean(axis=0))):
-        size = np.linalg.norm(error, axis=2)
-        take, tenth = (100 * size[rows].mean() / frozen[rows].mean() for rows in (slice(None), strong))
-        cells.append(f"{name} {take:.0f} / {tenth:.0f}")
-    return ", ".join(cells)
-
-
 def weights(folder: Path, played: Path) -> None:
     """The mean error of a solve's weights as they are, and with the best scale a shape."""
     truth, performance = dict(np.load(folder / "truth.npz")), read_performance(played)
@@ -77,7 +71,7 @@ def weights(folder: Path, played: Path) -> None:
 def main() -> None:
     """Run and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", nargs="+", default=["markers100", "markers30"])
+    parser.add_argument("--only", nargs="+", choices=TAKES, default=TAKES)
     parser.add_argument("--takes", type=Path, default=default_takes())
     parser.add_argument("--played", type=Path)
     options = parser.parse_args()
@@ -85,6 +79,9 @@ def main() -> None:
         print("oracles: skipped, there is no folder shared/strangers (say --takes)")
         return
     for name in options.only:
+        if name == "rgbd":
+            rgbd(options.takes / name)
+            continue
         interpolation(options.takes / name)
         if options.played:
             weights(options.takes / name, options.played / f"{name}.glb")
