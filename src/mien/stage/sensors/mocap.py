@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 import numpy as np
+import scipy.sparse as sp
 from jaxtyping import Bool, Float
 
 from ...clip import Markers
@@ -137,9 +138,10 @@ def markers_on_skin(
 
 def _rings(faces: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """All faces that touch each triangle: (which marker, which face)."""
-    corners = faces[triangles]
-    touches = [np.flatnonzero((faces[:, :, None] == c).any(axis=(1, 2))) for c in corners]
-    return np.repeat(np.arange(len(triangles)), [len(r) for r in touches]), np.concatenate(touches)
+    corners = sp.csr_matrix((np.ones(faces.size), faces.ravel(), np.arange(0, faces.size + 1, 3)))
+    touches = sp.csr_matrix(corners[triangles] @ corners.T)
+    touches.sort_indices()
+    return np.repeat(np.arange(len(triangles)), np.diff(touches.indptr)), touches.indices
 
 
 def _ring_normals(points: np.ndarray, faces: np.ndarray, owner: np.ndarray) -> np.ndarray:
