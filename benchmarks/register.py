@@ -1,6 +1,6 @@
 """Nonrigid registration against MeshMonk 0.3.0 (PyPI); prints a table and JSON.
 
-    python benchmarks/register.py [--json out.json] [--data FOLDER] [--only real] [--stage 2]
+    python benchmarks/register.py [--json out.json] [--data FOLDER] [--only real|stage] [--actors 2]
 
 MeshMonk is installed into a throw-away environment and runs in a process of its own; only the registration itself is
 timed, on both sides. Both start from the same rigidly placed template and are told nothing else. Pairs: MeshMonk's own
@@ -10,7 +10,7 @@ its own landmarks and face model, as a user would run it. A finer template (15,0
 
 Last, `mien register` without hints on three real scans and two of a person from another face model (skipped where they
 are not there): distances, and where people set landmarks, how far those are from our curves (`people_landmarks.py`).
-`--only real` runs these alone.
+`--only real` runs these alone, `--only stage` the stage's scans without MeshMonk.
 """
 
 import argparse
@@ -36,6 +36,7 @@ from mien.mesh import Mesh, loop_subdivide, submesh, vertex_normals
 from mien.register import Rejection, Surface, procrustes, register_surface
 from mien.stage import make_performer
 from mien.stage.people.skin import SkinConfig, make_skin
+from mien.stage.seeds import REPORTING_SEEDS
 from mien.stage.sensors.scanner import ScanConfig
 from mien.stage.sensors.scanner import scan as scan_actor
 
@@ -153,13 +154,13 @@ def own_pairs(python: Path | None, folder: Path) -> list[dict]:
     ]
 
 
-def staged(python: Path | None, seeds: int) -> list[dict]:
+def staged(python: Path | None, actors: int) -> list[dict]:
     """Scans of the stage: the bundled skin placed by landmarks, and the truth of each of its vertices."""
     face, rows = load_face(), []
     on_skin = np.isin(face.rig.neutral.faces, face.parts["skin"]).all(axis=1)
     skin, members = submesh(face.rig.neutral, np.flatnonzero(on_skin))
     mask = face.regions["face"][members] > 0.5
-    for seed in range(1, seeds + 1):
+    for seed in REPORTING_SEEDS[:actors]:
         actor = make_skin(make_performer(seed), SkinConfig(levels=2))
         for k, expression in enumerate(EXPRESSIONS):
             weights = np.array([expression.get(name, 0.0) for name in actor.names])
@@ -176,7 +177,7 @@ def staged(python: Path | None, seeds: int) -> list[dict]:
             truth = T.apply(made.truth.bundled)[members]
             case = f"stage {seed}, " + ("neutral", "open", "smile")[k]
             rows += compare(case, python, skin, target, truth, mask)
-            if seed == 1 and not expression:
+            if seed == REPORTING_SEEDS[0] and not expression:
                 fine, S = loop_subdivide(skin)
                 rows += compare(case + ", 15k", python, fine, target, truth, np.greater(S @ mask, 0.5))
             back = T @ found.T_face_scan.inverse()
@@ -233,11 +234,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--json", type=Path)
     parser.add_argument("--data", type=Path, default=SHARED, help="holds data/ and strangers/")
-    parser.add_argument("--only", choices=["real"])
-    parser.add_argument("--stage", type=int, default=2, help="how many actors; three scans each")
+    parser.add_argument("--only", choices=["real", "stage"])
+    parser.add_argument("--actors", type=int, default=2, help="of the stage (501, 502, 503); three scans each")
     given = parser.parse_args()
-    rows = [] if given.only else pairs(given)
-    rows += real_scans(given.data)
+    rows = [] if given.only == "real" else pairs(given)
+    rows += [] if given.only == "stage" else real_scans(given.data)
     if given.json:
         given.json.write_text(json.dumps(rows, indent=1))
 
@@ -249,8 +250,9 @@ def pairs(given: argparse.Namespace) -> list[dict]:
     names = ("wall s", "cpu s", "mean mm", "p95 mm", "true mean", "true p95")
     print(f"{'pair':<22}{'method':<22}{'vertices':>8}  " + "  ".join(f"{name:>9}" for name in names))
     with tempfile.TemporaryDirectory() as folder:
-        python = environment(Path(folder))
-        rows = [*own_pairs(python, given.data / "data" / "meshmonk"), *staged(python, given.stage)]
+        python = None if given.only else environment(Path(folder))
+        rows = [] if given.only else own_pairs(python, given.data / "data" / "meshmonk")
+        rows += staged(python, given.actors)
     summary(rows)
     return rows
 

@@ -1,12 +1,13 @@
 """Do the figures that a solve prints know its true error? Rank correlations over many staged takes.
 
-    python benchmarks/sureness.py [--takes 20] [--markers 100 60 30] [--seconds 8]
+    python benchmarks/sureness.py [--takes 20] [--tuning] [--markers 100 60 30] [--seconds 8]
         [--elsewhere FOLDER] [--json out.json]
 
-Performers of both kinds (reporting seeds, in turn: moved by muscles, by the bundled shapes bent) with the faults of
-uncleaned takes, the numbers of markers in turn. Every number that the result carries is tried; 1 or -1 would know the
-order of the takes exactly, and 0.7 is wanted of one of them. Takes of people from another face model, where they lie in
-`shared/strangers` beside the project or where `--elsewhere` says, count too, scored by their own script.
+Performers of both kinds (reporting seeds, or with `--tuning` those that choices are made on, in turn: moved by muscles,
+by the bundled shapes bent) with the faults of uncleaned takes, the numbers of markers in turn. Every number that the
+result carries is tried; 1 or -1 would know the order of the takes exactly, and 0.7 is wanted of one of them. Takes of
+people from another face model, where they lie in `shared/strangers` beside the project or where `--elsewhere` says,
+count too, scored by their own script.
 """
 
 import argparse
@@ -36,13 +37,17 @@ from mien.stage import (
     rank_correlation,
     score_performance,
 )
-from mien.stage.seeds import MANY_REPORTING_SEEDS
+from mien.stage.seeds import MANY_REPORTING_SEEDS, TUNING_SEEDS
 
 RATE = 60.0
 GOAL = 0.7
-KINDS = (STRANGER, PerformerConfig())
+KINDS = {"muscles": STRANGER, "bent": PerformerConfig()}
 """In turn: moved by muscles of their own, or by the bundled shapes bent."""
-FAULTS = (MocapConfig(), MocapConfig(jitter=0.3, lost=1), MocapConfig(dropouts=0.05, swaps=1, ghosts=2))
+FAULTS = {
+    "clean": MocapConfig(),
+    "noisy": MocapConfig(jitter=0.3, lost=1),
+    "mislabelled": MocapConfig(dropouts=0.05, swaps=1, ghosts=2),
+}
 """In turn: a clean take, a noisy one, one with wrong labels."""
 
 ELSEWHERE = ("markers100", "markers30")
@@ -62,11 +67,12 @@ def figures(solved: object) -> dict[str, float]:
     return found
 
 
-def one(seed: int, markers: int, config: MocapConfig, seconds: float) -> dict[str, float]:
-    """One take: its printed figures and its true error."""
-    performer = make_performer(seed, KINDS[seed % len(KINDS)])
+def one(seed: int, markers: int, faults: str, seconds: float) -> dict:
+    """One take: what it is, its printed figures and its true error."""
+    kind = list(KINDS)[seed % len(KINDS)]
+    performer = make_performer(seed, KINDS[kind])
     script = random_performance(RATE, seconds, seed)
-    take = perform(performer, script.weights, RATE, marker_layout(performer, markers), config, seed)
+    take = perform(performer, script.weights, RATE, marker_layout(performer, markers), FAULTS[faults], seed)
     solved = solve_take(take.markers, load_face())
     score = score_performance(solved.performance, take.truth, step=4)
     true = {
@@ -74,10 +80,10 @@ def one(seed: int, markers: int, config: MocapConfig, seconds: float) -> dict[st
         "true_expression_mm": float(score.expression.mean()),
         "true_ratio": float(score.ratio),
     }
-    return figures(solved) | true
+    return {"case": f"{seed}, {kind}, {markers} markers, {faults}"} | figures(solved) | true
 
 
-def from_elsewhere(folder: Path) -> dict[str, float]:
+def from_elsewhere(folder: Path) -> dict:
     """A take of a person from another face model: expression from each face's own neutral, as on the stage."""
     solved = solve_take(read_markers(folder / "take.c3d"), load_face())
     with tempfile.TemporaryDirectory() as scratch:
@@ -88,7 +94,17 @@ def from_elsewhere(folder: Path) -> dict[str, float]:
         face = json.loads(report.read_text())["table"]["open"]
     ratio = face["own"] / 100
     true = {"true_mm": float("nan"), "true_expression_mm": ratio * face["moved_mm"], "true_ratio": ratio}
-    return figures(solved) | true
+    return {"case": f"from elsewhere, {folder.name}"} | figures(solved) | true
+
+
+SHOWN = ("left_out_share", "left_out_mm", "residual", "true_ratio", "true_expression_mm", "true_mm")
+"""What the table says of each take."""
+
+
+def show(row: dict) -> dict:
+    """A line of the table."""
+    print(f"{row['case']:40s}" + "".join(f"{row[name]:>20.3f}" for name in SHOWN), flush=True)
+    return row
 
 
 def main() -> None:
@@ -96,20 +112,22 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--takes", type=int, default=len(MANY_REPORTING_SEEDS))
     parser.add_argument("--markers", type=int, nargs="+", default=[100, 60, 30])
+    parser.add_argument("--tuning", action="store_true")
     parser.add_argument("--seconds", type=float, default=8.0)
     parser.add_argument("--elsewhere", type=Path, default=default_takes())
     parser.add_argument("--json", type=Path)
     options = parser.parse_args()
     folders = [options.elsewhere / name for name in ELSEWHERE] if options.elsewhere else []
-    rows = [from_elsewhere(folder) for folder in folders if folder.is_dir()]
-    print(f"{len(rows)} takes of people from another face model")
-    for i, seed in enumerate(MANY_REPORTING_SEEDS[: options.takes]):
+    print(f"{'take':40s}" + "".join(f"{name:>20s}" for name in SHOWN))
+    rows = [show(from_elsewhere(folder)) for folder in folders if folder.is_dir()]
+    seeds = TUNING_SEEDS if options.tuning else MANY_REPORTING_SEEDS
+    for i, seed in enumerate(seeds[: options.takes]):
         markers = options.markers[i % len(options.markers)]
         try:
-            rows.append(one(seed, markers, FAULTS[i // 2 % len(FAULTS)], options.seconds))
+            rows.append(show(one(seed, markers, list(FAULTS)[i // 2 % len(FAULTS)], options.seconds)))
         except BadInput as refused:
             print(f"seed {seed}, {markers} markers: refused: {refused}")
-    for name in sorted({n for row in rows for n in row if not n.startswith("true")}):
+    for name in sorted({n for row in rows for n in row if n != "case" and not n.startswith("true")}):
         printed = np.array([row.get(name, np.nan) for row in rows])
         against = {t: rank_correlation(printed, np.array([row[t] for row in rows])) for t in rows[0] if "true" in t}
         told = ", ".join(f"{t.removeprefix('true_')} {r:+.2f}" for t, r in against.items())

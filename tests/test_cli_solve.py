@@ -8,8 +8,10 @@ import pytest
 from marker_stage import staged_take
 from mien.cli.main import main
 from mien.clip import Markers
+from mien.faces import load_face
 from mien.io.gltf import read_performance
 from mien.io.markers import write_c3d
+from mien.mesh import Attachment
 
 
 def run(capsys, *words: str) -> tuple[int, str]:
@@ -34,6 +36,22 @@ def test_solve_from_file_to_file_and_placed_by_hand(tmp_path, capsys):
     again = tmp_path / "again.glb"
     assert run(capsys, *solve, str(again), "--attach", str(places), "--personalise-rounds", "0")[0] == 0
     assert np.abs(read_performance(again).weights - performance.weights).mean() < 0.1
+    mixed_up = tmp_path / "mixed_up.json"
+    mixed_up.write_text(json.dumps(mirrored(json.loads(places.read_text()))))
+    status, error = run(capsys, *solve, str(tmp_path / "no.glb"), "--attach", str(mixed_up))
+    assert status == 2
+    assert "are left and right" in error
+    assert not (tmp_path / "no.glb").exists()
+
+
+def mirrored(places: dict[str, dict]) -> dict[str, dict]:
+    """Each marker where its partner on the other side sits: left and right mixed up."""
+    neutral = load_face().rig.neutral
+    faces, barycentric = (np.array([place[key] for place in places.values()]) for key in ("face", "barycentric"))
+    points = Attachment(faces, barycentric).points(neutral)
+    across = np.linalg.norm(points[:, None] * [-1, 1, 1] - points[None], axis=2).argmin(axis=1)
+    ordered = list(places.values())
+    return {label: ordered[other] for label, other in zip(places, across, strict=True)}
 
 
 @pytest.mark.parametrize(

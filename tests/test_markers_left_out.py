@@ -6,8 +6,9 @@ import numpy as np
 
 from marker_stage import acted, small_model
 from mien.markers.between_markers import MotionCovariance
-from mien.markers.left_out import LeftOutConfig, LeftOutError, folds, leave_markers_out, left_out_doubt
+from mien.markers.left_out import LeftOutConfig, LeftOutError, folds, jitter_of, leave_markers_out, left_out_doubt
 from mien.takes.frame_solve import SolveConfig
+from mien.transforms import Transform
 
 LOOSE = SolveConfig(sparsity=0.0, ridge=1e-6, still_power=0.0)
 
@@ -58,3 +59,26 @@ def test_motion_carried_from_the_markers_shown_counts_where_shapes_are_wrong():
     assert alone.carry_share == 0
     assert mixed.carry_share > 0
     assert mixed.left_out_mm < alone.left_out_mm
+
+
+def test_jitter_is_told_from_motion_and_taken_out():
+    """Half of what markers that jitter by 0.3 mm a direction are off is not held against the solve."""
+    _, T, X = acted()
+    noise = np.random.default_rng(3).normal(size=X.shape) * 0.3
+    still = np.random.default_rng(4).normal(size=(40, 3)) * 50
+    swing = np.sin(np.linspace(0, 6, 50))[:, None, None]
+    np.testing.assert_allclose(jitter_of(still + swing + noise), 0.3 * np.sqrt(3), rtol=0.1)
+    assert jitter_of(still + swing) < 0.03
+    assert jitter_of(still[None]) == 0
+    blurred = np.repeat(X[::10], 60, axis=0)
+    T = Transform(np.repeat(T.rotation[::10], 60, axis=0), np.repeat(T.translation[::10], 60, axis=0))
+    noise = np.random.default_rng(3).normal(size=blurred.shape) * 0.3
+    found = leave_markers_out(small_model(), blurred + noise, T, solve=LOOSE)
+    np.testing.assert_allclose(found.left_out_mm, np.sqrt(np.mean(found.marker_mm**2) / 2))
+
+
+def test_a_share_of_one_is_a_frozen_face():
+    """Shapes that are told nothing of leave a face at rest, or as far off as one at its mean."""
+    _, T, X = acted()
+    dumb = replace(small_model(), shapes=np.zeros((6, 40, 3)), neutral=T.inverse().apply(X).mean(axis=0))
+    np.testing.assert_allclose(leave_markers_out(dumb, X, T).left_out_share, 1.0, atol=0.15)

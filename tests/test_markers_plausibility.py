@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from mien.errors import BadInput
-from mien.markers.plausibility import Fit, PlausibilityConfig, doubts, motion_of, refuse_no_face
+from mien.markers.left_out import LeftOutError
+from mien.markers.plausibility import Fit, PlausibilityConfig, doubts, motion_of, refuse_no_face, refuse_untold
 
 FACE = Fit(shape_mm=0.8, motion_mm=2.0, residual_mm=0.6, margin=0.5)
 
@@ -42,3 +43,23 @@ def test_motion_is_about_each_markers_own_place():
     assert motion_of(X) == 0
     X[:, 0, 0] += [-1, 1, 0, -1, 1]
     np.testing.assert_allclose(motion_of(X), np.sqrt(4 / 20))
+
+
+def told(share: float, motion_mm: float = 2.0) -> LeftOutError:
+    moved = np.full((1, 4), motion_mm)
+    return LeftOutError(share * motion_mm, share, 0.0, share * moved, moved, 0.0, share)
+
+
+def test_worse_than_a_face_that_does_not_move_is_refused_and_says_what_to_do():
+    with pytest.raises(BadInput, match=r"105% of their motion is missed.*left and right"):
+        refuse_untold(0.8, told(1.05))
+    with pytest.raises(BadInput, match=r"80% of their motion is missed.* 14 mm off the nearest face"):
+        refuse_untold(14.0, told(0.8))
+    refuse_untold(14.0, told(1.05), PlausibilityConfig(refuse=False))
+
+
+def test_a_poor_solve_of_a_face_a_still_one_and_an_untried_one_pass():
+    refuse_untold(0.8, told(0.95))
+    refuse_untold(14.0, told(0.4))
+    refuse_untold(0.8, told(1.4, motion_mm=0.1))
+    refuse_untold(0.8, LeftOutError(np.nan, np.nan))

@@ -9,6 +9,7 @@ def test_words_follow_the_share_that_is_missed():
 
 def test_verdicts_are_sentences_without_wild_figures():
     assert solve_verdict(0.17, 0.3).startswith("Good: 70% of what markers do")
+    assert solve_verdict(0.2, 1.3).startswith("Poor: 0% of what markers do")
     assert "was not tried" in solve_verdict(0.17, np.nan)
     told = truth_verdict(2.2, 0.4)
     assert told.startswith(WORSE.capitalize())

@@ -107,16 +107,16 @@ def carry_between_markers(
     carry = covariance.carry(np.arange(len(attachment.faces)))
     where = np.zeros(len(rig.neutral.vertices))
     where[skin] = share
-    where *= 1 - _lids(rig, config)
+    where *= 1 - lid_mask(rig, config.lids)
     carried = np.einsum("vac,kc->kva", carry, np.stack([(D @ delta).ravel() for delta in rig.deltas]), optimize=True)
     return rig.with_shapes(rig.neutral, rig.deltas + where[:, None] * (carried - rig.deltas))
 
 
-def _lids(rig: Rig, config: BetweenConfig) -> Float[np.ndarray, " n"]:
-    """1 on the lids, fading to 0 about them; 0 on a rig without blinks."""
+def lid_mask(rig: Rig, fades: tuple[float, float] = BetweenConfig.lids) -> Float[np.ndarray, " n"]:
+    """1 on the lids, fading to 0 about them between two shares of a blink's most; 0 on a rig without blinks."""
     blinks = [rig.index(name) for name in BLINKS if name in rig.names]
     if not blinks:
         return np.zeros(len(rig.neutral.vertices))
     moved = np.linalg.norm(rig.deltas[blinks], axis=2).max(axis=0)
-    low, high = config.lids
+    low, high = fades
     return np.clip((moved / max(float(moved.max()), 1e-9) - low) / (high - low), 0.0, 1.0)

@@ -17,6 +17,9 @@ RATE = 30.0
 LEAST_MOTION_MM = 0.1
 """A share of less motion than markers jitter says nothing."""
 
+NORMAL_MEDIAN = 0.6745
+"""Median of a normal variate's size, in its deviations."""
+
 
 @dataclass(frozen=True)
 class LeftOutConfig:
@@ -29,7 +32,7 @@ class LeftOutConfig:
     rounds: int = 2
     """Gauss-Newton rounds of each solve."""
     doubtful_share: float = 0.6
-    """Markers that are told worse than to this share of their motion are a warning; staged takes come to 0.3 to 0.8."""
+    """Markers told worse than to this share of a frozen face's error are a warning; takes come to 0.3 to 1.3."""
 
 
 @dataclass(frozen=True)
@@ -37,16 +40,31 @@ class LeftOutError:
     """What was found; NaN where nothing was tried."""
 
     left_out_mm: float
-    """Mean distance of markers from where a solve without them puts them."""
+    """rms distance of markers from where a solve without them puts them, without their own jitter."""
     left_out_share: float
-    """... as a share of their mean distance from their places on the neutral face."""
+    """... as a share of their rms distance from their mean places in the head's frame: 1 is a frozen face's."""
     carry_share: float = 0.0
     """Share with which motion carried from the markers shown is mixed with the shapes', by what either is off."""
+    marker_mm: Float[np.ndarray, "frames markers"] | None = None
+    """Each marker's distance in the frames tried, with its jitter; NaN where it was not seen."""
+    marker_motion_mm: Float[np.ndarray, "frames markers"] | None = None
+    """... and from its mean place."""
+    jitter_mm: float = 0.0
+    """rms distance of a sample from where the marker was, as neighbouring frames tell."""
+    rest_share: float = np.nan
+    """`left_out_mm` as a share of how far the markers are from their places on the neutral face."""
+
+    @property
+    def motion_mm(self) -> float:
+        """How far markers move, rms without jitter; 0 where nothing was tried."""
+        return 0.0 if self.marker_motion_mm is None else without_jitter(self.marker_motion_mm, self.jitter_mm)
 
     def __str__(self) -> str:
         if not np.isfinite(self.left_out_mm):
             return ""
-        return f"left-out markers told to {self.left_out_mm:.2f} mm ({self.left_out_share:.0%} of their motion)"
+        return (
+            f"left-out markers told to {self.left_out_mm:.2f} mm ({self.left_out_share:.0%} of a frozen face's error)"
+        )
 
 
 def left_out_doubt(found: LeftOutError, config: LeftOutConfig = LeftOutConfig()) -> tuple[str, ...]:
@@ -54,7 +72,7 @@ def left_out_doubt(found: LeftOutError, config: LeftOutConfig = LeftOutConfig())
     if not found.left_out_share > config.doubtful_share:
         return ()
     return (
-        f"markers left out by turns are told badly ({found.left_out_share:.0%} of their motion is missed): between the "
+        f"markers left out by turns are told badly ({found.left_out_share:.0%} of a frozen face's error): between the "
         "markers the face is little better than frozen",
     )
 
@@ -80,41 +98,75 @@ def leave_markers_out(
     frames = np.unique(np.linspace(0, len(positions) - 1, config.frames).astype(int))
     alone = replace(solve, smoothness=0.0, rounds=config.rounds)
     group = folds(model.neutral, config.folds)
-    found = []
+    off, off_carried, moved = np.full((3, len(frames), *model.neutral.shape), np.nan)
     for fold in range(config.folds if config.frames else 0):
         shown = group != fold
         if (visible(positions[frames][:, shown]).sum(axis=1) >= solve.fewest).any():
-            found.append(_tell_hidden(model, positions[frames], T_lab_face[frames], shown, metric, alone, covariance))
-    if not found or not any(np.isfinite(off).any() for off, _, _ in found):
+            told = _tell_hidden(model, positions[frames], T_lab_face[frames], shown, metric, alone, covariance)
+            off[:, ~shown], off_carried[:, ~shown], moved[:, ~shown] = told
+    if not np.isfinite(off).any():
         return LeftOutError(np.nan, np.nan)
-    off, off_carried, moved = (np.concatenate([one[i] for one in found]) for i in range(3))
     share = 0.0 if covariance is None else carry_share(_mean(off), _mean(off_carried), between)
-    error = _mean((1 - share) * off + share * off_carried)
-    return LeftOutError(error, error / max(_mean(moved), LEAST_MOTION_MM), share)
+    distance = np.linalg.norm((1 - share) * off + share * off_carried, axis=2)
+    motion = np.linalg.norm(moved - np.nanmean(moved, axis=0), axis=2)
+    jitter = jitter_of(T_lab_face.inverse().apply(positions))
+    error_mm = without_jitter(distance, jitter)
+    return LeftOutError(
+        left_out_mm=error_mm,
+        left_out_share=missed(error_mm, without_jitter(motion, jitter)),
+        carry_share=share,
+        marker_mm=distance,
+        marker_motion_mm=motion,
+        jitter_mm=jitter,
+        rest_share=missed(error_mm, without_jitter(np.linalg.norm(moved, axis=2), jitter)),
+    )
+
+
+def jitter_of(positions: Float[np.ndarray, "frames markers 3"]) -> float:
+    """rms distance of samples from where their markers are, mm, by the median of second differences over frames.
+
+    Of independent samples of deviation s a second difference has s sqrt(6); skin that moves smoothly has next to none.
+    """
+    bent = np.abs(positions[2:] - 2 * positions[1:-1] + positions[:-2])
+    bent = bent[np.isfinite(bent)]
+    deviation = np.median(bent) / NORMAL_MEDIAN / np.sqrt(6) if len(bent) else 0.0
+    return float(np.sqrt(3) * deviation)
+
+
+def without_jitter(distances: Float[np.ndarray, "..."], jitter_mm: float) -> float:
+    """rms of distances (NaN: unknown) less what jitter adds to it, mm; never less than half of their squares' mean is
+    left, for skin that moves fast looks like jitter."""
+    squared = float(np.nanmean(distances**2))
+    return float(np.sqrt(max(squared - jitter_mm**2, squared / 2)))
+
+
+def missed(off_mm: float, moved_mm: float) -> float:
+    """The share of a motion that is missed; less motion than jitter counts as jitter."""
+    return off_mm / max(moved_mm, LEAST_MOTION_MM)
 
 
 def _tell_hidden(
     model: MarkerModel, X: np.ndarray, T: Transform, shown: np.ndarray, metric, solve: SolveConfig, covariance
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """How far hidden markers are from where shapes, and where carried motion, put them, and from rest: (k, 3) each."""
+    """How far hidden markers are from where shapes, and where carried motion, put them, and off rest: (t, h, 3)."""
     few = MarkerModel(model.neutral[shown], model.shapes[:, shown])
     hidden = MarkerModel(model.neutral[~shown], model.shapes[:, ~shown])
     solved = solve_frames(few, X[:, shown], T, RATE, metric, solve)
-    seen = solved.T_lab_face[solved.tracked].inverse().apply(X[solved.tracked])
-    weights = solved.weights[solved.tracked]
+    seen = solved.T_lab_face.inverse().apply(X)
+    seen[~solved.tracked] = np.nan
     there = seen[:, ~shown]
-    off, moved = there - hidden.points(weights), there - hidden.neutral
-    off_carried = off
-    if covariance is not None:
-        carry = covariance.carry(np.flatnonzero(shown), np.flatnonzero(~shown))
-        motion = np.where(np.isfinite(seen[:, shown]), seen[:, shown], few.points(weights)) - few.neutral
-        off_carried = moved - np.einsum("hac,tc->tha", carry, motion.reshape(len(motion), -1), optimize=True)
-    return off.reshape(-1, 3), off_carried.reshape(-1, 3), moved.reshape(-1, 3)
+    off, moved = there - hidden.points(solved.weights), there - hidden.neutral
+    if covariance is None:
+        return off, off, moved
+    carry = covariance.carry(np.flatnonzero(shown), np.flatnonzero(~shown))
+    known = np.where(np.isfinite(seen[:, shown]), seen[:, shown], few.points(solved.weights))
+    motion = (known - few.neutral).reshape(len(known), -1)
+    return off, moved - np.einsum("hac,tc->tha", carry, motion, optimize=True), moved
 
 
 def _mean(vectors: np.ndarray) -> float:
     """Mean length of those that are known, mm."""
-    return float(np.nanmean(np.linalg.norm(vectors, axis=1)))
+    return float(np.nanmean(np.linalg.norm(vectors, axis=-1)))
 
 
 def folds(places: Float[np.ndarray, "markers 3"], count: int) -> np.ndarray:

@@ -24,7 +24,8 @@ from .between_markers import BetweenConfig, carry_between_markers, motion_covari
 from .calibrate import CalibrateConfig, Calibration, calibrate, calibrate_by_hand
 from .left_out import LeftOutConfig, LeftOutError, leave_markers_out, left_out_doubt
 from .personalise_shapes import PersonaliseConfig, personalise_shapes, shape_corrections, spline
-from .plausibility import Fit, doubts
+from .plausibility import Fit, doubts, refuse_untold
+from .region_confidence import RegionConfidence, region_confidence, regions_line
 
 WARM_ROUNDS = 2
 """Gauss-Newton rounds of a solve that starts from the one before the shapes were bent."""
@@ -69,6 +70,8 @@ class TakeSolve:
     """False where the take's depth is no measurement (tracked with one camera)."""
     left_out: LeftOutError
     """Cross-validated error of the markers on the person before the shapes are bent to them."""
+    regions: tuple[RegionConfidence, ...] = ()
+    """The same, a region of the face at a time."""
 
     def __repr__(self) -> str:
         return one_line(self, self.performance, f"mean residual {np.nanmean(self.residuals):.2f} mm")
@@ -91,7 +94,7 @@ def solve_take(
         attachment: places the markers by hand, one a marker of the take.
 
     Raises:
-        BadInput: the markers are no face's; too few are seen.
+        BadInput: the markers are no face's; too few are seen; those left out by turns are told worse than frozen.
     """
     found = find_face(markers, config.face)
     cleaned = remove_outliers(found.markers, config.outliers)
@@ -104,18 +107,17 @@ def solve_take(
     else:
         here = Attachment(attachment.faces[found.kept], attachment.barycentric[found.kept])
         calibration = calibrate_by_hand(positions, face, here, depth.metric, config.calibrate)
-    on_face = cleaned.markers.only(calibration.kept)
     positions = positions[:, calibration.kept]
     start = stabilised.T_lab_head @ calibration.T_face_head.inverse()
     lab = stabilised.T_lab_head.apply(positions)
     metric = depth.in_face_space(start)
     S = spline(calibration.rig.neutral, calibration.attachment, face.parts["skin"], config.personalise)
-    rested = fit_neutral_to_markers(calibration, face, S)
-    calibration = replace(calibration, rig=rested)
+    calibration = replace(calibration, rig=fit_neutral_to_markers(calibration, face, S))
     personal, solved = _solve_and_personalise(lab, start, rate, calibration, S, metric, config, progress)
     told = (calibration, personal, solved, metric, depth.known, face, config)
     personal, solved, left_out = carry_between(lab, rate, *told)
-    lines = _lines(found, cleaned, calibration, config)
+    refuse_untold(calibration.shape_mm, left_out, config.calibrate.plausibility)
+    regions = region_confidence(personal.rig, personal.attachment, face.regions, left_out)
     performance = Performance(
         rig=personal.rig,
         weights=solved.weights,
@@ -125,18 +127,21 @@ def solve_take(
     )
     return TakeSolve(
         performance=performance,
-        markers=on_face,
-        lines=lines + left_out_doubt(left_out, config.left_out),
+        markers=cleaned.markers.only(calibration.kept),
+        lines=_lines(found, cleaned, calibration, left_out, regions, config),
         calibration=personal,
         T_lab_face=solved.T_lab_face,
         residuals=solved.residuals,
         used=solved.used,
         depth_known=depth.known,
         left_out=left_out,
+        regions=regions,
     )
 
 
-def _lines(found: FaceMarkers, cleaned: Cleaned, calibration: Calibration, config: TakeConfig) -> tuple[str, ...]:
+def _lines(
+    found: FaceMarkers, cleaned: Cleaned, calibration: Calibration, left_out: LeftOutError, regions, config: TakeConfig
+) -> tuple[str, ...]:
     """What whoever runs the job should know."""
     fit = Fit(calibration.shape_mm, np.inf, 0.0, calibration.alignment_margin)
     markers = cleaned.markers
@@ -146,6 +151,8 @@ def _lines(found: FaceMarkers, cleaned: Cleaned, calibration: Calibration, confi
         off_face_line(markers.labels, calibration.kept),
         calibration.neutral.line(markers.rate),
         *doubts(fit, config.calibrate.plausibility),
+        *left_out_doubt(left_out, config.left_out),
+        regions_line(regions),
     ]
     return tuple(line for line in lines if line)
 

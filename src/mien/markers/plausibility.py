@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ..errors import BadInput
+from .left_out import LeftOutError
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,11 @@ class PlausibilityConfig:
     """An alignment no better than another by this share is a coin's toss (faces: 0.2 to 0.85)."""
     sure_margin: float = 0.15
     """... and below this it is doubtful."""
+    hopeless_share: float = 1.0
+    """Where markers left out are told no better than to this share of how far they leave the neutral face, a face at
+    rest is as good (faces: 0.2 to 0.6)."""
+    untold_share: float = 0.6
+    """... and this share is enough where they stand `worst_shape_mm` off the nearest face besides (places by hand)."""
 
 
 @dataclass(frozen=True)
@@ -90,6 +96,30 @@ def why_no_face(fit: Fit, config: PlausibilityConfig) -> str:
     if fit.margin < config.least_margin and doubtful:
         return f"the markers stand {fit.shape_mm:.1f} mm off the nearest face and lie on it as well the other way round"
     return ""
+
+
+def refuse_untold(shape_mm: float, left_out: LeftOutError, config: PlausibilityConfig = PlausibilityConfig()) -> None:
+    """Refuse a solve that tells markers left out by turns worse than a face at rest.
+
+    Args:
+        shape_mm: how far the calm frame's markers stand off the best person's face.
+        left_out: what stands still, or was not tried, is not judged.
+
+    Raises:
+        BadInput: with the reason.
+    """
+    off = shape_mm > config.worst_shape_mm
+    bound = config.untold_share if off else config.hopeless_share
+    share = left_out.rest_share
+    if not config.refuse or left_out.motion_mm < config.still_mm or not share >= bound:
+        return
+    better = "no" if share >= 1 else "hardly"
+    stand = f" and the markers stand {shape_mm:.0f} mm off the nearest face" if off else ""
+    raise BadInput(
+        f"markers left out by turns are told {better} better than by a face at rest ({share:.0%} of their motion "
+        f"is missed){stand}: are left and right, or labels, mixed up, in --attach or in the take? Look at it with "
+        "`mien view`, choose the face's markers with --markers PATTERN, or name the unit with --units"
+    )
 
 
 def doubts(fit: Fit, config: PlausibilityConfig = PlausibilityConfig()) -> tuple[str, ...]:

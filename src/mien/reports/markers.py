@@ -78,6 +78,10 @@ def take_report(
     if moving is not None:
         report.page(moving, "Drag to turn, wheel to come nearer; space plays.")
     report.figure(picture, "Frames that differ most. Dots are the recorded markers, seen in the head's frame.")
+    if solved.regions:
+        rows = [(region.name, region.markers, region.told) for region in solved.regions]
+        report.heading("How well each region is told").table(rows, ("region", "markers", "of a frozen face's error"))
+        report.text(REGIONS_MEAN)
     worst = worst_markers(solved.residuals, markers)
     report.heading("The worst markers").table(worst, ("marker", "mean residual, mm", "seen"))
     report.text(
@@ -91,6 +95,10 @@ def take_report(
     return report.folded("Weights", _weight_charts(solved.performance))
 
 
+REGIONS_MEAN = (
+    "How far a region's markers are from where the others tell them when they are left out by turns, as a share of how "
+    "far a frozen face would be. Where no marker sits the face moves as its shapes do, unseen; gaze and tongue always."
+)
 WORST = 5
 """Markers that a report names first."""
 

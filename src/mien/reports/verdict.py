@@ -9,6 +9,10 @@ WORSE = "worse than a face that does not move"
 """Where more is missed than there was."""
 
 
+POOREST = 0.99
+"""Markers left out are told worse than the whole by all: that the whole is worse than frozen they cannot say."""
+
+
 def grade(missed: float) -> str:
     """A word for the share of the motion that is missed, 0 = none."""
     return next((word for most, word in GRADES if missed < most), WORSE)
@@ -20,7 +24,7 @@ def solve_verdict(residual_mm: float, left_out_share: float) -> str:
     if not np.isfinite(left_out_share):
         return f"{near} How the face fares between them was not tried."
     kept = max(1 - left_out_share, 0.0)
-    word = grade(left_out_share)
+    word = grade(min(left_out_share, POOREST))
     return f"{word.capitalize()}: {kept:.0%} of what markers do is told by the others alone. {near}"
 
 
