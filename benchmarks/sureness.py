@@ -15,7 +15,9 @@ import json
 import subprocess
 import sys
 import tempfile
+from collections.abc import Callable
 from dataclasses import fields, is_dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -67,12 +69,11 @@ def figures(solved: object) -> dict[str, float]:
     return found
 
 
-def one(seed: int, markers: int, faults: str, seconds: float) -> dict:
-    """One take: what it is, its printed figures and its true error."""
-    kind = list(KINDS)[seed % len(KINDS)]
-    performer = make_performer(seed, KINDS[kind])
+def one(seed: int, markers: int, kind: PerformerConfig, faults: MocapConfig, seconds: float) -> dict[str, float]:
+    """One take: its printed figures and its true error."""
+    performer = make_performer(seed, kind)
     script = random_performance(RATE, seconds, seed)
-    take = perform(performer, script.weights, RATE, marker_layout(performer, markers), FAULTS[faults], seed)
+    take = perform(performer, script.weights, RATE, marker_layout(performer, markers), faults, seed)
     solved = solve_take(take.markers, load_face())
     score = score_performance(solved.performance, take.truth, step=4)
     true = {
@@ -80,10 +81,10 @@ def one(seed: int, markers: int, faults: str, seconds: float) -> dict:
         "true_expression_mm": float(score.expression.mean()),
         "true_ratio": float(score.ratio),
     }
-    return {"case": f"{seed}, {kind}, {markers} markers, {faults}"} | figures(solved) | true
+    return figures(solved) | true
 
 
-def from_elsewhere(folder: Path) -> dict:
+def from_elsewhere(folder: Path) -> dict[str, float]:
     """A take of a person from another face model: expression from each face's own neutral, as on the stage."""
     solved = solve_take(read_markers(folder / "take.c3d"), load_face())
     with tempfile.TemporaryDirectory() as scratch:
@@ -94,17 +95,22 @@ def from_elsewhere(folder: Path) -> dict:
         face = json.loads(report.read_text())["table"]["open"]
     ratio = face["own"] / 100
     true = {"true_mm": float("nan"), "true_expression_mm": ratio * face["moved_mm"], "true_ratio": ratio}
-    return {"case": f"from elsewhere, {folder.name}"} | figures(solved) | true
+    return figures(solved) | true
 
 
 SHOWN = ("left_out_share", "left_out_mm", "residual", "true_ratio", "true_expression_mm", "true_mm")
 """What the table says of each take."""
 
 
-def show(row: dict) -> dict:
-    """A line of the table."""
-    print(f"{row['case']:40s}" + "".join(f"{row[name]:>20.3f}" for name in SHOWN), flush=True)
-    return row
+def shown(case: str, make: Callable[[], dict]) -> list[dict]:
+    """A line of the table and its row; none, and why, where the take is refused."""
+    try:
+        row = make()
+    except BadInput as refused:
+        print(f"{case}: refused: {refused}")
+        return []
+    print(f"{case:40s}" + "".join(f"{row[name]:>20.3f}" for name in SHOWN), flush=True)
+    return [{"case": case} | row]
 
 
 def main() -> None:
@@ -119,14 +125,15 @@ def main() -> None:
     options = parser.parse_args()
     folders = [options.elsewhere / name for name in ELSEWHERE] if options.elsewhere else []
     print(f"{'take':40s}" + "".join(f"{name:>20s}" for name in SHOWN))
-    rows = [show(from_elsewhere(folder)) for folder in folders if folder.is_dir()]
+    rows = []
+    for folder in filter(Path.is_dir, folders):
+        rows += shown(f"from elsewhere, {folder.name}", partial(from_elsewhere, folder))
     seeds = TUNING_SEEDS if options.tuning else MANY_REPORTING_SEEDS
     for i, seed in enumerate(seeds[: options.takes]):
         markers = options.markers[i % len(options.markers)]
-        try:
-            rows.append(show(one(seed, markers, list(FAULTS)[i // 2 % len(FAULTS)], options.seconds)))
-        except BadInput as refused:
-            print(f"seed {seed}, {markers} markers: refused: {refused}")
+        kind, faults = list(KINDS)[seed % len(KINDS)], list(FAULTS)[i // 2 % len(FAULTS)]
+        case = f"{seed}, {kind}, {markers} markers, {faults}"
+        rows += shown(case, partial(one, seed, markers, KINDS[kind], FAULTS[faults], options.seconds))
     for name in sorted({n for row in rows for n in row if n != "case" and not n.startswith("true")}):
         printed = np.array([row.get(name, np.nan) for row in rows])
         against = {t: rank_correlation(printed, np.array([row[t] for row in rows])) for t in rows[0] if "true" in t}

@@ -88,6 +88,9 @@ def test_preview_and_report(staged, solved, tmp_path):
     take_report("take.c3d", solved, picture, ["a note & more"]).write(tmp_path / "r.html")
     html = (tmp_path / "r.html").read_text()
     assert "a note &amp; more" in html
+    told = html[html.index("How well each region is told") :]
+    assert "cheek left" in told
+    assert "lids" in told
     assert staged.markers.labels[0] in html
 
 

@@ -51,7 +51,7 @@ class LeftOutError:
     """... and from its mean place."""
     jitter_mm: float = 0.0
     """rms distance of a sample from where the marker was, as neighbouring frames tell."""
-    rest_share: float = np.nan
+    neutral_share: float = np.nan
     """`left_out_mm` as a share of how far the markers are from their places on the neutral face."""
 
     @property
@@ -118,7 +118,7 @@ def leave_markers_out(
         marker_mm=distance,
         marker_motion_mm=motion,
         jitter_mm=jitter,
-        rest_share=missed(error_mm, without_jitter(np.linalg.norm(moved, axis=2), jitter)),
+        neutral_share=missed(error_mm, without_jitter(np.linalg.norm(moved, axis=2), jitter)),
     )
 
 

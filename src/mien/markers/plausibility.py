@@ -110,7 +110,7 @@ def refuse_untold(shape_mm: float, left_out: LeftOutError, config: PlausibilityC
     """
     off = shape_mm > config.worst_shape_mm
     bound = config.untold_share if off else config.hopeless_share
-    share = left_out.rest_share
+    share = left_out.neutral_share
     if not config.refuse or left_out.motion_mm < config.still_mm or not share >= bound:
         return
     better = "no" if share >= 1 else "hardly"
