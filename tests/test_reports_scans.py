@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 
-from mien.reports.scans import scans_record, surface_distances
+from mien.reports.scans import scans_record, surface_distances, worst_regions
 from mien.scans.correspond.fine_scale import FineResult
 from mien.scans.left_out import LeftOut
 from mien.scans.marker_registration import MarkersOnScan, MarkersOnScans
@@ -54,3 +54,9 @@ def test_the_record_names_what_is_doubtful_and_what_was_left_out():
     assert smile["unreliable"] == smile["flow_not_converged"] == [FINE_REGIONS[0]]
     assert smile["markers_not_on_scan"] == [found.scan_rig.labels[3]]
     assert (record["take"], record["unit"], record["left_out"]) == ("take.c3d", "mm", {"wall": "no face"})
+
+
+def test_what_is_doubtful_is_named_first():
+    first, second, *_ = worst_regions(registered())
+    assert first == (FINE_REGIONS[0].replace("_", " "), "smile", 0.5, True)
+    assert not second[3]

@@ -39,10 +39,10 @@ def demo_scans(folder: Path, seed: int, seconds: float, count: int) -> None:
         write_performance(folder / "perf.glb", solved.performance)
         write_png(folder / "preview.png", scan_preview(solved, progress))
         write_png(folder / "scans.png", registered_sheet(found, distances))
-        report = scans_report("Markers and scans to a performance", found, distances, config)
-        rows = add_truth(report, staged, found, solved, recorded, frames, progress)
-        report.page(moving_page(solved.performance, "perf.glb"), "Drag to turn, wheel to come nearer; space plays.")
-        report.write(folder / "report.html")
+        moving = moving_page(solved.performance, "perf.glb")
+        against, rows, verdict = against_truth(staged, found, solved, recorded, frames, progress)
+        report = scans_report("Markers and scans to a performance", found, distances, config, verdict, moving)
+        report.folded("Against the truth", against).write(folder / "report.html")
     for row in rows:
         print("  ".join(str(cell) for cell in row))
     print(f"{folder}/: take.c3d  selection.json  scans/  rig.glb  perf.glb  preview.png  scans.png  report.html")
@@ -77,9 +77,14 @@ def stage(folder: Path, seed: int, seconds: float, count: int, progress):
     return take.truth, scans
 
 
-def add_truth(report, staged, found, solved, recorded, frames, progress) -> list[tuple]:
-    """Correspondence errors before and after the fine-scale step, the performance's, and the paper's fig. 8."""
+def against_truth(staged, found, solved, recorded, frames, progress):
+    """Correspondence errors before and after the fine-scale step, the performance's, and the paper's fig. 8.
+
+    Returns a report, its rows, and the verdict.
+    """
     from ..pictures.plot import line_chart
+    from ..reports.page import Report
+    from ..reports.verdict import truth_verdict
     from ..stage.score_material import scan_errors
     from ..transforms import Transform
 
@@ -94,7 +99,7 @@ def add_truth(report, staged, found, solved, recorded, frames, progress) -> list
         ("... and after the fine-scale step", f"{after:.3f} mm", "", f"{after / before:.0%}"),
         *score.rows(),
     ]
-    report.heading("Against the truth").text(
+    report = Report("").text(
         "Errors are distances between each vertex and the skin that it covers at rest. The frozen baseline is the "
         "right person in the right pose with one fixed mean expression."
     )
@@ -104,7 +109,7 @@ def add_truth(report, staged, found, solved, recorded, frames, progress) -> list
     report.heading("How many scans").chart(
         line_chart(series, "scans", "mean error, mm"), "Error against the number of scans, correctives off (fig. 8)."
     )
-    return rows
+    return report, rows, truth_verdict(score.ratio, score.ratio_strongest)
 
 
 def scored(solved, found, truth, shown, step: int):

@@ -18,6 +18,7 @@ from ..scans.scan_template import FINE_REGIONS
 from .markers import with_dots
 from .page import Report
 from .single_scan import pose_record
+from .verdict import scans_verdict
 
 LIMIT_MM = 0.5
 """Upper end of the distance maps."""
@@ -59,34 +60,78 @@ def scans_record(found: RegisteredScans, distances: Float[np.ndarray, "scans n"]
 
 
 def scans_report(
-    title: str, found: RegisteredScans, distances: Float[np.ndarray, "scans n"], config: ScansConfig
+    title: str,
+    found: RegisteredScans,
+    distances: Float[np.ndarray, "scans n"],
+    config: ScansConfig,
+    verdict: str = "",
+    moving: str | None = None,
 ) -> Report:
-    """The page of `mien register SCANS/`."""
+    """The page of `mien register SCANS/`: verdict, the moving face, worst regions, what to do; the rest is folded.
+
+    Args:
+        verdict: another, said before its own.
+        moving: a page that plays the face.
+    """
     known = distances[np.isfinite(distances)]
     lead = (
         f"{len(found.scans)} scans in one topology of {len(found.template.mesh.vertices):,} vertices; the neutral one "
         f"is {found.scan_rig.resting}. Registered skin to scan: mean {known.mean():.3f} mm, 95th percentile "
         f"{np.quantile(known, 0.95):.3f} mm."
     )
-    report = Report(title, lead)
+    worst = worst_regions(found)
+    doubtful = [f"the {region} of {scan}" for region, scan, _, bad in worst if bad]
+    own = scans_verdict(float(known.mean()), doubtful, found.fine.errors.size)
+    report = Report(title, lead).verdict(f"{verdict} {own}".strip())
+    if moving is not None:
+        report.page(moving, "Drag to turn, wheel to come nearer; space plays.")
     report.figure(
         registered_sheet(found, distances),
         f"Each scan with its markers; registered; distance to the scan, 0 to {LIMIT_MM} mm (grey: nothing to compare).",
     )
-    report.heading("What the fine-scale step does")
-    report.figure(blend_picture(found), "Half-way between two scans, before and after (Huang 2011, fig. 5).")
-    report.figure(
-        region_picture(found), "The eight regions, and the three scans closest to one in the forehead (fig. 6)."
+    rows = [(region, scan, f"{error:.3f}", "no" if bad else "yes") for region, scan, error, bad in worst[:WORST]]
+    report.heading("The worst regions").table(rows, ("region", "scan", "misfit, 1/mm", "reliable"))
+    report.text(
+        "Misfit is how far curvature is from the closest scans'. Look with `mien view` at the record (.register.json) "
+        "and the folder of scans, click what is the same on both, and register again with --constraints. A mouth that "
+        "one scan alone opens has nothing to be compared with, and is told as not reliable."
     )
-    laid_out = "Mean curvature laid out on a cylinder: a scan and its three closest (fig. 7)."
-    report.figure(curvature_picture(found, config), laid_out)
+    report.folded("Every scan, and every region", _tables(found, distances))
+    return report.folded("What the fine-scale step does (the paper's figures)", _figures(found, config))
+
+
+WORST = 5
+"""Regions that a report names first."""
+
+
+def worst_regions(found: RegisteredScans) -> list[tuple[str, str, float, bool]]:
+    """Region, scan, misfit (1/mm), whether it is doubtful; what is doubtful first, then the largest."""
+    fine = found.fine
+    every = [
+        (name.replace("_", " "), scan.name, float(fine.errors[i, r]), bool(fine.unreliable[i, r]))
+        for i, scan in enumerate(found.scans)
+        for r, name in enumerate(FINE_REGIONS)
+    ]
+    return sorted(every, key=lambda one: (one[3], one[2]), reverse=True)
+
+
+def _tables(found: RegisteredScans, distances: Float[np.ndarray, "scans n"]) -> Report:
     header = ("scan", "frame", "markers, mm", "mean, mm", "95 %, mm")
-    report.heading("Scans").table(_scan_rows(found, distances), header)
-    report.heading("Quality watch").text(
+    report = Report("").table(_scan_rows(found, distances), header)
+    report.text(
         "Difference of the features from the neighbours' after the fine-scale step, 1/mm, by region. An exclamation "
-        "mark: not reliable; give correspondences with --constraints."
+        "mark: not reliable."
     )
     return report.table(_watch_rows(found), ("scan", *(name.replace("_", " ") for name in FINE_REGIONS)))
+
+
+def _figures(found: RegisteredScans, config: ScansConfig) -> Report:
+    report = Report("")
+    report.figure(blend_picture(found), "Half-way between two scans, before and after (Huang 2011, fig. 5).")
+    regions = "The eight regions, and the three scans closest to one in the forehead (fig. 6)."
+    report.figure(region_picture(found), regions)
+    laid_out = "Mean curvature laid out on a cylinder: a scan and its three closest (fig. 7)."
+    return report.figure(curvature_picture(found, config), laid_out)
 
 
 def _scan_rows(found: RegisteredScans, distances: np.ndarray) -> list[tuple]:

@@ -1,5 +1,7 @@
 """What a result is worth, in words."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 GRADES = ((0.45, "good"), (0.7, "fair"), (1.0, "poor"))
@@ -7,6 +9,9 @@ GRADES = ((0.45, "good"), (0.7, "fair"), (1.0, "poor"))
 
 WORSE = "worse than a face that does not move"
 """Where more is missed than there was."""
+
+NAMED = 3
+"""Doubtful regions that a verdict names."""
 
 
 POOREST = 0.99
@@ -35,3 +40,12 @@ def truth_verdict(missed: float, missed_strongest: float) -> str:
         f"{grade(missed).capitalize()}: {kept:.0%} of the performer's expression is followed over the take, "
         f"{strongest:.0%} where it is strongest."
     )
+
+
+def scans_verdict(distance_mm: float, doubtful: Sequence[str], regions: int) -> str:
+    """Registered scans: the regions, as a person calls them, that do not correspond, of how many; how near the skin."""
+    near = f"Skin lies {distance_mm:.2f} mm from the scans."
+    if not doubtful:
+        return f"All {regions} regions correspond reliably. {near}"
+    named = ", ".join(doubtful[:NAMED]) + (", ..." if len(doubtful) > NAMED else "")
+    return f"{regions - len(doubtful)} of {regions} regions correspond reliably; look at {named}. {near}"
