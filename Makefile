@@ -19,7 +19,7 @@ demo: $(STAMP)
 test: setup
 	$(BIN)/ruff check src tests tools benchmarks examples clients
 	@$(BIN)/pyright --level error > .pyright.log 2>&1 & types=$$!; \
-	$(BIN)/python -m pytest -n 2 --dist loadfile; tests=$$?; \
+	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder; tests=$$?; \
 	wait $$types; types=$$?; tail -n 40 .pyright.log; rm -f .pyright.log; \
 	[ $$tests -eq 0 ] && [ $$types -eq 0 ]
 
