@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 
 from blendshape_faces import LAYOUT, face_landmarks, face_map, face_mesh
+from mien.blendshapes.correspond import dense
 from mien.blendshapes.correspond.dense import WarpConfig, features, warp
 from mien.blendshapes.correspond.landmarks import MapLandmarks
 from mien.blendshapes.correspond.matches import MatchConfig
 from mien.faces import load_face
 from mien.flow import FlowConstraints
 from mien.image_space.layout import sampled
+from mien.landmarks.detector import LOOPS
 
 SMILE = {"mouthSmileLeft": 0.8, "mouthSmileRight": 0.8}
 
@@ -41,9 +43,9 @@ def pair():
 def test_flow_goes_on_where_landmarks_end(pair):
     true = face_mesh(**SMILE)
     triangles = error(warp(*pair, config=WarpConfig(flow=None)), true)
-    dense = error(warp(*pair), true)
-    assert dense < 0.6 * triangles
-    assert dense < 0.7
+    flowed = error(warp(*pair), true)
+    assert flowed < 0.6 * triangles
+    assert flowed < 0.7
 
 
 def test_inside_of_the_mouth_is_not_shown():
@@ -54,6 +56,20 @@ def test_inside_of_the_mouth_is_not_shown():
     chin = np.round(face_landmarks().pixels(LAYOUT)[200]).astype(int)
     assert jaw.shown[chin[1], chin[0]]
     assert jaw.pixels[chin[1], chin[0], 1] - chin[1] > 10
+
+
+def test_lips_that_part_keep_to_their_landmarks(monkeypatch):
+    there, here = face_landmarks(jawOpen=0.9), face_landmarks()
+    pair = face_map("jaw", jawOpen=0.9), there, face_map(), here
+    lips = list(LOOPS["lips_outer"])
+
+    def off():
+        found = sampled(warp(*pair).pixels, here.pixels(LAYOUT)[lips])
+        return np.linalg.norm(found - there.pixels(LAYOUT)[lips], axis=1).max() * LAYOUT.pixel_mm
+
+    kept = off()
+    monkeypatch.setattr(dense, "PARTED_MM", 1e9)
+    assert kept < 0.6 * off()
 
 
 def test_a_pinned_point_is_kept(pair):

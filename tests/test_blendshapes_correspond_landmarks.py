@@ -3,7 +3,7 @@
 import numpy as np
 
 from blendshape_faces import LAYOUT, face_landmarks, face_mesh
-from mien.blendshapes.correspond.landmarks import ACROSS, EDGES, along_contours, common_landmarks, opened
+from mien.blendshapes.correspond.landmarks import ACROSS, EDGES, along_contours, common_landmarks, mouth_opening, opened
 from mien.faces import load_face
 from mien.landmarks.detector import bundled_landmarks
 
@@ -28,6 +28,16 @@ def test_crossed_lips_are_put_right():
     pixels[[upper, lower]] = pixels[[lower, upper]] + [[0, 3], [0, -3]]
     fixed = opened(pixels)
     assert all(fixed[b, 1] - fixed[a, 1] >= 0.5 - 1e-9 for a, b in ACROSS)
+
+
+def test_a_mouth_opens_by_its_widest_pair():
+    calm, jaw = (face_landmarks(jawOpen=w).pixels(LAYOUT) for w in (0.0, 0.7))
+    assert mouth_opening(calm, calm) == 0
+    assert mouth_opening(calm, jaw) == 0
+    upper, lower = ACROSS[4]
+    middle = (jaw - calm)[lower, 1] - (jaw - calm)[upper, 1]
+    assert mouth_opening(jaw, calm) >= middle > 10
+    assert mouth_opening(np.full_like(jaw, np.nan), calm) == 0
 
 
 def test_pairs_face_each_other_and_edges_lie_on_their_contours():

@@ -6,6 +6,7 @@ import numpy as np
 
 from blendshape_faces import LAYOUT, face_landmarks, face_map
 from mien.blendshapes.correspond.occlusion import openings, polygon, skin, wires, without
+from mien.landmarks.detector import LOOPS
 
 
 def test_a_polygon_is_filled():
@@ -19,6 +20,16 @@ def test_an_open_mouth_is_masked_and_a_closed_one_hardly():
     opened = openings(face_map("jaw", jawOpen=0.7), face_landmarks(jawOpen=0.7).pixels(LAYOUT))
     low = slice(LAYOUT.shape[0] // 2, None)
     assert opened[low].sum() > 3 * closed[low].sum()
+
+
+def test_a_mouth_of_which_some_landmarks_fell_through_is_masked_all_the_same():
+    marks = face_landmarks(jawOpen=0.7).pixels(LAYOUT)
+    whole = openings(face_map("jaw", jawOpen=0.7), marks)
+    marks[list(LOOPS["lips_inner"])[::4]] = np.nan
+    assert (openings(face_map("jaw", jawOpen=0.7), marks) & whole).sum() > 0.9 * whole.sum()
+    marks[list(LOOPS["lips_inner"])[1:]] = np.nan
+    low = slice(LAYOUT.shape[0] // 2, None)
+    assert not openings(face_map("jaw", jawOpen=0.7), marks)[low].any()
 
 
 def test_eyes_holes_and_paint_are_no_skin():

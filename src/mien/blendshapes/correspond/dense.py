@@ -15,15 +15,19 @@ from ...image_space.config import FeatureConfig
 from ...image_space.features import LUMINANCE, detail
 from ...image_space.layout import grid_of, sampled
 from ..cylinder_map import CYLINDER, CylinderMap
-from .landmarks import MapLandmarks, common_landmarks, opened
+from .landmarks import MapLandmarks, common_landmarks, mouth_opening, opened
 from .matches import MatchConfig, matched_motion
-from .occlusion import skin
+from .occlusion import outer_lips, skin
 from .prewarp import prewarp
 
 COLOUR = FeatureConfig(threshold=0.0, saturation=0.15, faint=0.006, broad_mm=8.0, nearby_mm=8.0)
 """Luminance of sRGB, 0..1: moles, brows, lips; tones broader than 8 mm are light and blood."""
 CURVATURE = FeatureConfig(threshold=0.0, saturation=0.08, faint=0.006, broad_mm=14.0, nearby_mm=10.0)
 """1/mm."""
+PARTED_MM = 4.0
+"""Lips that open by so much keep to their landmarks as firmly as to a sure match; by twice as much, four times so."""
+PINNED = 1e4
+"""Weight of a point that is held by hand, against 1 for a sure match."""
 
 
 @dataclass(frozen=True)
@@ -92,20 +96,38 @@ def warp(
     places = rough
     if config.flow is not None:
         images = features(neutral, masks[0], config), features(source, masks[1], config)
-        places = _matched(images, rough, layout.pixel_mm, pinned, config.matches)
+        open_mm = mouth_opening(there, here) * layout.pixel_mm
+        steady = _steady(neutral, here, open_mm, pinned, _step(config.matches, layout.pixel_mm))
+        places = _matched(images, rough, layout.pixel_mm, steady, config.matches)
         places = _refined(images, places, layout.pixel_mm, pinned, config)
     inside = sampled(masks[1].astype(float), places)[..., 0] > 0.5
     return SkinWarp(places, masks[0] & inside)
 
 
-def _matched(images, rough, pixel: float, pinned, config: MatchConfig) -> Float[np.ndarray, "h w 2"]:
+def _step(config: WarpConfig | MatchConfig, pixel: float) -> int:
+    """Every so many of the map's pixels are compared."""
+    return max(1, round(config.pixel_mm / pixel))
+
+
+def _steady(
+    neutral: CylinderMap, pixels: Float[np.ndarray, "478 2"], open_mm: float, pinned: FlowConstraints | None, step: int
+) -> Float[np.ndarray, "h w"]:
+    """Weight of staying where the rough warp is: lips that part, whose patches hold what was not there; pins."""
+    weight = np.where(outer_lips(pixels, neutral.layout.shape), (open_mm / PARTED_MM) ** 2, 0.0)[::step, ::step]
+    if pinned is not None:
+        most = [weight.shape[1] - 1, weight.shape[0] - 1]
+        columns, rows = np.clip(np.round(pinned.source / step), 0, most).astype(int).T
+        weight[rows, columns] = PINNED
+    return weight
+
+
+def _matched(images, rough, pixel: float, steady, config: MatchConfig) -> Float[np.ndarray, "h w 2"]:
     """Pre-warped places after patches were found, in rounds, until none moves far."""
-    step = max(1, round(config.pixel_mm / pixel))
-    held = None if pinned is None else pinned.source / step
+    step = _step(config, pixel)
     places = rough
     for _ in range(config.rounds):
         target = sampled(images[1], places[::step, ::step])
-        motion = matched_motion(images[0][::step, ::step], target, config, held)
+        motion = matched_motion(images[0][::step, ::step], target, config, steady)
         places = _carried(places, motion, step)
         if np.linalg.norm(motion, axis=-1).max() * step * pixel < config.enough_mm:
             break
@@ -114,7 +136,7 @@ def _matched(images, rough, pixel: float, pinned, config: MatchConfig) -> Float[
 
 def _refined(images, rough, pixel: float, pinned, config: WarpConfig) -> Float[np.ndarray, "h w 2"]:
     """Pre-warped places after the flow, found on coarser pixels."""
-    step = max(1, round(config.pixel_mm / pixel))
+    step = _step(config, pixel)
     target = sampled(images[1], rough[::step, ::step])
     held = None if pinned is None else FlowConstraints(pinned.source / step, pinned.source / step)
     found = optical_flow(images[0][::step, ::step], target, None, held, config.flow)

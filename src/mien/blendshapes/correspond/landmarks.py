@@ -79,6 +79,13 @@ def opened(pixels: Float[np.ndarray, "478 2"], least: float = 0.5) -> Float[np.n
     return out
 
 
+def mouth_opening(source: Float[np.ndarray, "478 2"], neutral: Float[np.ndarray, "478 2"]) -> float:
+    """By how many pixels the lips are farther apart in the source, where they are most; 0 where nothing tells."""
+    upper, lower = np.array(LIPS).T
+    gaps = [pixels[lower, 1] - pixels[upper, 1] for pixels in (source, neutral)]
+    return float(np.nan_to_num(gaps[0] - gaps[1]).max(initial=0.0))
+
+
 def _across(loop: str) -> list[tuple[int, int]]:
     """Pairs (upper, lower) across an opening: loops run along the lower edge and back along the upper one."""
     points = LOOPS[loop]
@@ -86,7 +93,8 @@ def _across(loop: str) -> list[tuple[int, int]]:
     return [(points[-i], points[i]) for i in range(1, half)]
 
 
-ACROSS = [*_across("lips_inner"), *_across("eye_left"), *_across("eye_right")]
+LIPS = _across("lips_inner")
+ACROSS = [*LIPS, *_across("eye_left"), *_across("eye_right")]
 """Landmarks (upper, lower) that face each other over the mouth and the eyes."""
 
 

@@ -49,8 +49,6 @@ RETURN_PIXELS = 1.5
 OFF_PIXELS = 1.5
 """A match so far off the smooth motion counts a quarter."""
 ROBUST_ROUNDS = 3
-PINNED = 1e4
-"""Weight of a point that is held, against 1 for a sure match."""
 STIFF = 1e-6
 """Weight of no motion where nothing is known."""
 
@@ -58,11 +56,11 @@ Images = Float[np.ndarray, "h w c"]
 
 
 def matched_motion(
-    first: Images, second: Images, config: MatchConfig, held: Float[np.ndarray, "k 2"] | None = None
+    first: Images, second: Images, config: MatchConfig, steady: Float[np.ndarray, "h w"] | None = None
 ) -> Float[np.ndarray, "h w 2"]:
     """Smooth motion (dx, dy) in pixels of `config.pixel_mm`: second(x + d) looks like first(x); NaN: no data.
 
-    held: pixels (x, y) that do not move.
+    steady: weight of no motion at each pixel, against 1 for a sure match; None: 0.
     """
     reach = round(config.reach_mm / config.pixel_mm)
     sigma = config.patch_mm / config.pixel_mm
@@ -70,9 +68,10 @@ def matched_motion(
     back, _ = best_shifts(second, first, reach, sigma)
     returned = np.linalg.norm(there + sampled(back, grid_of(sure.shape) + there), axis=-1)
     sure = sure * (returned < RETURN_PIXELS)
-    if held is not None:
-        columns, rows = np.clip(np.round(held).astype(int), 0, [sure.shape[1] - 1, sure.shape[0] - 1]).T
-        there[rows, columns], sure[rows, columns] = 0.0, PINNED
+    if steady is not None:
+        total = sure + steady
+        there = there * (sure / np.maximum(total, 1e-9))[..., None]
+        sure = total
     return smooth_motion(there, sure, config.smooth)
 
 

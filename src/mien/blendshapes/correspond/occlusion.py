@@ -15,6 +15,8 @@ OPENINGS = ("lips_inner", "eye_left", "eye_right")
 """Loops of landmarks round what is no skin."""
 RIM_MM = 0.7
 """The masks reach so far beyond the loops."""
+LEAST_KNOWN = 0.5
+"""Of a loop at least this share must be known: beside a mouth wide open some landmarks fall through."""
 
 WIRE_MM, BEFORE_MM = 8.0, 2.5
 """What is thinner than this and stands so far before the face is no skin, if ..."""
@@ -27,10 +29,20 @@ def openings(map_: CylinderMap, pixels: Float[np.ndarray, "478 2"]) -> Bool[np.n
     """Pixels inside the lips and lids, as the landmarks have them."""
     mask = np.zeros(map_.layout.shape, bool)
     for loop in OPENINGS:
-        corners = pixels[list(LOOPS[loop])]
-        if np.isfinite(corners).all():
-            mask |= polygon(corners, map_.layout.shape)
+        mask |= inside_loop(loop, pixels, map_.layout.shape)
     return binary_dilation(mask, iterations=max(1, round(RIM_MM / map_.layout.pixel_mm)))
+
+
+def outer_lips(pixels: Float[np.ndarray, "478 2"], shape: tuple[int, int]) -> Bool[np.ndarray, "h w"]:
+    """Pixels of lips and mouth."""
+    return inside_loop("lips_outer", pixels, shape)
+
+
+def inside_loop(loop: str, pixels: Float[np.ndarray, "478 2"], shape: tuple[int, int]) -> Bool[np.ndarray, "h w"]:
+    """Pixels inside a loop of landmarks, of which some may be missing; none where most are."""
+    corners = pixels[list(LOOPS[loop])]
+    known = np.isfinite(corners).all(1)
+    return polygon(corners[known], shape) if known.mean() > LEAST_KNOWN else np.zeros(shape, bool)
 
 
 def wires(map_: CylinderMap, pixels: Float[np.ndarray, "478 2"]) -> Bool[np.ndarray, "h w"]:
