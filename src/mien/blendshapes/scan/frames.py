@@ -139,27 +139,22 @@ def place_by_surface(
 
 def face_points(seen: SeenFrame, camera: Camera) -> Float[np.ndarray, "p 3"]:
     """Depth points on and round the face, camera space, mm."""
-    points = unproject(seen.depth, camera).reshape(-1, 3)
-    middle = np.nanmedian(seen.landmarks, axis=0)
-    near = np.linalg.norm(points - middle, axis=1) < FACE_MM / 1.3
-    return points[near].astype(np.float64)
+    _, points, off = _near_face(seen, camera)
+    return points[off < FACE_MM / 1.3].astype(np.float64)
 
 
 def frame_mesh(placed: PlacedFrame, camera: Camera) -> tuple[Mesh, Float[np.ndarray, " m"]]:
     """A frame's depth as a surface in face space, mm, and each triangle's cosine to its line of sight."""
-    middle = np.nanmedian(placed.seen.landmarks, axis=0)
-    corners = np.array([middle + side * FACE_MM * np.array([1.0, 1.0, 0.0]) for side in (-1, 1)])
-    window = window_around(camera.project(corners), camera, margin=0, least=1)
-    depth = window.crop(placed.seen.depth)
-    points = unproject(depth, window.camera(camera))
-    near = np.nan_to_num(np.linalg.norm(points - middle, axis=-1), nan=np.inf) < FACE_MM
+    depth, points, off = _near_face(placed.seen, camera)
+    near = off < FACE_MM
     h, w = depth.shape
     index = np.arange(h * w).reshape(h, w)
     a, b, c, d = index[:-1, :-1], index[1:, :-1], index[:-1, 1:], index[1:, 1:]
     z, inside = depth.ravel(), near.ravel()
     quads = (inside[a] & inside[b] & inside[c] & inside[d]).ravel()
     corners = np.stack([a.ravel(), b.ravel(), c.ravel(), d.ravel()], 1)[quads]
-    corners = corners[np.ptp(z[corners], axis=1) < EDGE_MM]
+    sights = z[corners.T]
+    corners = corners[sights.max(0) - sights.min(0) < EDGE_MM]
     faces = np.concatenate([corners[:, [0, 1, 2]], corners[:, [2, 1, 3]]])
     used = np.zeros(h * w, bool)
     used[faces] = True
@@ -168,8 +163,23 @@ def frame_mesh(placed: PlacedFrame, camera: Camera) -> tuple[Mesh, Float[np.ndar
     return Mesh(placed.T_face_camera.apply(local), faces), _cosines(local, faces)
 
 
+def _near_face(
+    seen: SeenFrame, camera: Camera
+) -> tuple[Float32[np.ndarray, "h w"], Float32[np.ndarray, "h w 3"], Float[np.ndarray, "h w"]]:
+    """The depth round the face, its points, camera space, and their distance from the landmarks' middle; all mm."""
+    middle = np.nanmedian(seen.landmarks, axis=0)
+    corners = np.array([middle + side * FACE_MM * np.array([1.0, 1.0, 0.0]) for side in (-1, 1)])
+    window = window_around(camera.project(corners), camera, margin=0, least=1)
+    depth = window.crop(seen.depth)
+    points = unproject(depth, window.camera(camera))
+    x, y, z = np.moveaxis(points, -1, 0)
+    off = np.sqrt((x - middle[0]) ** 2 + (y - middle[1]) ** 2 + (z - middle[2]) ** 2)
+    return depth, points, np.nan_to_num(off, nan=np.inf)
+
+
 def _cosines(local: np.ndarray, faces: np.ndarray) -> Float[np.ndarray, " m"]:
     a, b, c = (local[faces[:, i]] for i in range(3))
     normal = np.cross(b - a, c - a)
-    size = np.linalg.norm(normal, axis=1) * np.linalg.norm(a, axis=1)
-    return np.abs((normal * a).sum(1)) / np.maximum(size, 1e-9)
+    across = np.einsum("md,md->m", normal, a)
+    size = np.sqrt(np.einsum("md,md->m", normal, normal) * np.einsum("md,md->m", a, a))
+    return np.abs(across) / np.maximum(size, 1e-9)
