@@ -2,7 +2,7 @@ import numpy as np
 
 from mien.faces import load_face
 from mien.mesh import loop_subdivide, vertex_normals
-from mien.viewer.gpu_face import WIDTH, materials, neighbours, quantised, refined, rows_of, texels
+from mien.viewer.gpu_face import WIDTH, materials, neighbours, quantised, refined, rows_of, skies, texels
 
 
 def test_neighbours_give_the_area_weighted_normals():
@@ -47,3 +47,12 @@ def test_eyes_and_teeth_are_materials_of_their_own():
     assert found[face.parts["left_eye"], 0].all()
     assert found[face.parts["upper_teeth"], 1].all()
     assert not found[face.parts["skin"]].any()
+
+
+def test_the_mouth_s_inside_is_dark_and_an_open_jaw_lets_light_in():
+    face = load_face()
+    closed, opened = skies(face.rig, refined(face.rig.neutral))
+    inside, skin = (face.parts[name] for name in ("tongue", "skin"))
+    assert closed[inside].max() < 0.01
+    assert opened[inside].mean() > 0.03
+    assert closed[skin].mean() > 0.6
