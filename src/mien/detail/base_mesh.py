@@ -134,14 +134,21 @@ def smooth_surface(mesh: Mesh, half_wavelength_mm: float) -> Float[np.ndarray, "
     """Vertices without detail shorter than a half wavelength: (M + s L M^-1 L) x = M x0, s = (length / pi)^4.
 
     x is the real part of (M + i sqrt(s) L)^-1 M x0, as 1 / (1 + a^2) = Re 1 / (1 + i a): L alone is factorised.
+    Vertices are shuffled first: minimum degree breaks ties by order, and on a subdivided skin of 149,000 vertices the
+    factor took 43 s where it takes 3.
     """
     if half_wavelength_mm <= 0:
         return mesh.vertices
     L, area = cotangent_laplacian(mesh.vertices, mesh.faces), mass(mesh.vertices, mesh.faces)
     area = np.maximum(area, 1e-3 * area.mean())
-    A = sp.diags(area) + 1j * (half_wavelength_mm / np.pi) ** 2 * L
-    factor = splu(sp.csc_matrix(A), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
-    return np.ascontiguousarray(factor.solve(area[:, None] * mesh.vertices.astype(complex)).real)
+    A = sp.csr_matrix(sp.diags(area) + 1j * (half_wavelength_mm / np.pi) ** 2 * L)
+    shuffled = np.random.default_rng(0).permutation(len(area))
+    mixed = sp.csc_matrix(A[shuffled][:, shuffled])
+    factor = splu(mixed, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+    load = area[:, None] * mesh.vertices
+    out = np.empty_like(load)
+    out[shuffled] = factor.solve(load[shuffled].astype(complex)).real
+    return out
 
 
 def decimated(mesh: Mesh, vertices: int) -> Mesh:
