@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mien.errors import BadInput
-from mien.light.decode_phase import bending, decode_gray, decode_phase, evened_phase, unwrap, wrap, wrapped_phase
+from mien.light.decode_phase import bending, decode_gray, decode_phase, evened_phase, moving_phase, unwrap, wrap, wrapped_phase
 from mien.light.patterns import gray_set, phase_set, profile
 
 H, W = 30, 120
@@ -51,6 +51,25 @@ def test_any_number_of_steps_gives_the_phase(steps):
         wrapped_phase(images[:2], phases[:2])
 
 
+@pytest.mark.parametrize(("steps", "at_most"), [(3, 0.1), (4, 0.03), (5, 0.03)])
+def test_a_plane_that_moves_leaves_few_waves_in_two_rounds_of_steps(steps, at_most):
+    start = np.linspace(0, 6 * np.pi, 400)[None]
+    phases = 2 * np.pi / steps * np.tile(np.arange(steps), 2)
+    speed = 0.05
+    images = np.stack([0.4 + 0.3 * np.cos(start + speed * k + p) for k, p in enumerate(phases)])
+
+    def waves(found, slots):
+        off = wrap(found - start - speed * (slots - 1) / 2)
+        return (off - off.mean()).std()
+
+    once = waves(wrapped_phase(images[:steps], phases[:steps])[0], steps)
+    plain = waves(wrapped_phase(images, phases)[0], 2 * steps)
+    twice = waves(moving_phase(images, phases)[0], 2 * steps)
+    assert twice < at_most * min(once, plain)
+    still = np.stack([0.4 + 0.3 * np.cos(start + p) for p in phases])
+    np.testing.assert_allclose(wrap(moving_phase(still, phases)[0] - start), 0, atol=1e-9)
+
+
 def test_waves_that_gamma_leaves_are_evened_out():
     truth = wrap(np.linspace(0, 40 * np.pi, 6000)[None])
     phases = 2 * np.pi / 3 * np.array([-1.0, 0.0, 1.0])
@@ -91,6 +110,8 @@ def test_missing_bits_and_mixed_periods_are_refused():
     with pytest.raises(BadInput, match="axis x needs 8 gray bits"):
         decode_gray(capture(fewer), fewer)
     shifts = phase_set(256, 64)
+    with pytest.raises(BadInput, match="1 round"):
+        phase_set(256, 64, rounds=0)
     odd = replace(shifts, patterns=(replace(shifts.patterns[0], periods=3.0), *shifts.patterns[1:]))
     with pytest.raises(BadInput, match="one period"):
         decode_phase(capture(odd), odd)

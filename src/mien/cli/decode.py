@@ -22,7 +22,7 @@ def decode(
     *,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     calibration: Path | None = None,
-    show: Literal["paper", "phase", "gray", "ramp"] | None = None,
+    show: Literal["paper", "phase", "moving-phase", "gray", "ramp"] | None = None,
     board: str | None = None,
     projector: str = "1024x768",
     clips: bool = False,
@@ -48,7 +48,8 @@ def decode(
     calibration
         Instead of the folder's own calibration.json.
     show
-        Write these patterns: paper (six sinusoids, full-on, lamps), phase (phase shift and Gray code), gray, ramp.
+        Write these patterns: paper (six sinusoids, full-on, lamps), phase (phase shift and Gray code),
+        moving-phase (the shift twice, for what moves), gray, ramp.
     board
         Calibrate by a checkerboard of inner corners and mm a square, such as 9x7x75.
     projector

@@ -18,6 +18,8 @@ APART = 1 / 10
 1 / 8 for two swapped steps of four, and to 1 / 4 at random."""
 WAVES = 3
 """Harmonics of a period that are evened out: three steps leave gamma's waves at the third."""
+MOST_STEPS = 8
+"""Of a round, whose neighbours take motion out; with more the binomial factors below add more noise than they take."""
 WINDOW = 5
 """Pixels a side over which whole-pixel codes are averaged: the plane through them, at its centre."""
 
@@ -35,6 +37,46 @@ def wrapped_phase(
         raise BadInput(f"phase shift: {len(phases)} steps do not tell phase, swing and light apart; give 3 or more")
     solved = np.tensordot(np.linalg.pinv(design), images, axes=1)
     return np.arctan2(solved[2], solved[1]), np.hypot(solved[1], solved[2])
+
+
+def moving_phase(
+    images: Float[np.ndarray, "n h w"], phases: Float[np.ndarray, " n"]
+) -> tuple[Float[np.ndarray, "h w"], Float[np.ndarray, "h w"]]:
+    """`wrapped_phase` where steps go round more than once: what moves meanwhile leaves no waves (Zhang et al. 2024).
+
+    Of each whole round, begun one step later than the last, the phase is found by itself. Even motion adds to it a
+    wave of twice the phase, turned on by 4 pi / N from one to the next: binomial sums of neighbours cancel it, the
+    more rounds the better. The phase is that of the middle of the steps.
+    """
+    steps = round_of(phases)
+    if not 3 <= steps <= MOST_STEPS or len(phases) <= steps:
+        return wrapped_phase(images, phases)
+    first = len(phases) - steps + 1
+    told = [wrapped_phase(images[k : k + steps], phases[k : k + steps]) for k in range(first)]
+    weights = binomial_weights(steps, first)
+    middle = told[first // 2][0]
+    off = sum(w * wrap(phase - middle) for w, (phase, _) in zip(weights, told, strict=True))
+    swing = sum(w * size for w, (_, size) in zip(weights, told, strict=True))
+    return wrap(middle + off), np.asarray(swing)
+
+
+def round_of(phases: Float[np.ndarray, " n"]) -> int:
+    """After how many even steps phases come back to where they began; 0 where they are not even."""
+    ahead = wrap(np.diff(phases))
+    if not len(ahead) or abs(ahead[0]) < 1e-6 or np.abs(wrap(ahead - ahead[0])).max() > 1e-6:
+        return 0
+    steps = 2 * np.pi / abs(ahead[0])
+    return round(steps) if abs(steps - round(steps)) < 1e-6 else 0
+
+
+def binomial_weights(steps: int, count: int) -> Float[np.ndarray, " count"]:
+    """Of `count` neighbouring phases: the power of the shortest sum in which what turns by 4 pi / steps is nothing."""
+    factor = np.array([1.0, 1.0] if steps == 4 else [1.0, -2 * np.cos(4 * np.pi / steps), 1.0])
+    weights = np.ones(1)
+    while len(weights) + len(factor) - 1 <= count:
+        weights = np.convolve(weights, factor / factor.sum())
+    before = (count - len(weights)) // 2
+    return np.pad(weights, (before, count - len(weights) - before))
 
 
 def evened_phase(
@@ -120,7 +162,7 @@ def decode_phase(
     if len(periods) != 1:
         raise BadInput(f"phase shift: expected steps of one period, got {len(periods)}")
     lit, _ = lit_pixels(images, patterns, slots, config)
-    phase, swing = wrapped_phase(images[slots], np.array([patterns.patterns[slot].phase for slot in slots]))
+    phase, swing = moving_phase(images[slots], np.array([patterns.patterns[slot].phase for slot in slots]))
     period = patterns.width / periods.pop()
     within = phase / (2 * np.pi) * period - 0.5
     coarse = decode_gray(images, patterns, "x", smooth=False).pixel

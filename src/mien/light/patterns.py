@@ -129,18 +129,30 @@ def paper_set(width: int, height: int, rate: float = 360.0) -> PatternSet:
     )
 
 
-def phase_set(width: int, height: int, steps: int = 4, finest_pixels: float = 32.0, rate: float = 360.0) -> PatternSet:
+def phase_set(
+    width: int, height: int, steps: int = 4, finest_pixels: float = 32.0, rate: float = 360.0, rounds: int = 1
+) -> PatternSet:
     """N-step phase shift along x, unwrapped by a Gray code of the same axis; a full-on and a black frame.
 
+    Args:
+        rounds: how often the steps are shown; from two on, what moves meanwhile leaves few waves.
+
     Raises:
-        BadInput: fewer than three steps.
+        BadInput: fewer than three steps, or no round.
     """
+    if rounds < 1:
+        raise BadInput(f"phase shift: expected 1 round of steps or more, got {rounds}")
     if steps < 3:
         raise BadInput(f"phase shift: expected 3 steps or more, got {steps}")
-    waves = [LightPattern("sinusoid", "x", width / finest_pixels, 2 * np.pi * k / steps) for k in range(steps)]
+    waves = [LightPattern("sinusoid", "x", width / finest_pixels, 2 * np.pi * k / steps) for k in range(steps)] * rounds
     return PatternSet(
         (*waves, *gray_code("x", width), LightPattern("full"), LightPattern("black")), width, height, rate
     )
+
+
+def moving_phase_set(width: int, height: int) -> PatternSet:
+    """A phase shift for what moves: two rounds of four steps."""
+    return phase_set(width, height, rounds=2)
 
 
 def gray_set(width: int, height: int, rate: float = 360.0) -> PatternSet:

@@ -7,9 +7,9 @@ import numpy as np
 from ...errors import BadInput
 from ...pictures.color import to_bytes, to_srgb
 from ...pictures.video import write_png
-from ..patterns import PROJECTED, PatternSet, gray_set, paper_set, phase_set, ramp_set, write_patterns
+from ..patterns import PROJECTED, PatternSet, gray_set, moving_phase_set, paper_set, phase_set, ramp_set, write_patterns
 
-SETS = {"paper": paper_set, "phase": phase_set, "gray": gray_set, "ramp": ramp_set}
+SETS = {"paper": paper_set, "phase": phase_set, "moving-phase": moving_phase_set, "gray": gray_set, "ramp": ramp_set}
 """By name, what can be shown."""
 
 
