@@ -4,7 +4,16 @@ import numpy as np
 import pytest
 
 from mien.errors import BadInput
-from mien.light.decode_phase import bending, decode_gray, decode_phase, evened_phase, moving_phase, unwrap, wrap, wrapped_phase
+from mien.light.decode_phase import (
+    bending,
+    decode_gray,
+    decode_phase,
+    evened_phase,
+    moving_phase,
+    unwrap,
+    wrap,
+    wrapped_phase,
+)
 from mien.light.patterns import gray_set, phase_set, profile
 
 H, W = 30, 120

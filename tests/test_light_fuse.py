@@ -55,6 +55,19 @@ def test_normals_that_lean_away_from_good_points_near_a_rim_do_not_pull_the_surf
     assert off[0] < 0.4 * off[1]
 
 
+def test_normals_that_lean_for_a_while_leave_the_broad_shape_to_the_points():
+    lean = 0.08 * np.sin(2 * np.pi * np.arange(160) / 40)[None, :, None] * np.array([1.0, 0, 0])
+    leaning = (NORMALS + lean) / np.linalg.norm(NORMALS + lean, axis=-1, keepdims=True)
+    noisy = DEPTH + 0.1 * np.random.default_rng(0).normal(size=DEPTH.shape)
+    depth = DepthMap(np.where(SEEN, noisy, np.nan), np.where(SEEN, 0.1, np.nan))
+    off = [
+        np.nanmean(np.abs(fuse(depth, light(leaning), LEFT.camera, config).z - DEPTH))
+        for config in (NormalFusionConfig(), NormalFusionConfig(lean=0.0))
+    ]
+    assert off[0] < 0.7 * off[1]
+    assert off[0] < 0.7 * np.nanmean(np.abs(depth.z - DEPTH))
+
+
 def test_a_step_in_depth_stays_a_step():
     z = np.where(np.arange(160) < 80, 500.0, 540.0) * np.ones((200, 1))
     flat = np.broadcast_to([0.0, 0.0, -1.0], (200, 160, 3)) - 0 * RAYS

@@ -37,6 +37,9 @@ class NormalFusionConfig:
     """Holes in the points no wider or taller than this are bridged by normals: dots, specks. 0: none are."""
     uneven: float = 3.0
     """Depths' standard deviations are taken within this factor of their median."""
+    lean: float = 0.01
+    """Normals lean by so much to one side over a whole patch, radians: the shape of patches so broad that the mean of
+    their points is known better than that is the points'. 0: it is as solved."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +57,8 @@ def fuse(depth: DepthMap, light: NormalMap, camera: Camera, config: NormalFusion
     """The most likely surface: depths with their variances, slopes of its logarithm with theirs.
 
     With q = log z the slopes are linear in the unknowns (`integrate.log_slopes`), so this is one sparse linear system.
+    It takes errors for independent from pixel to pixel. Those of normals are not: they lean to one side over a cheek or
+    a rim, and the surface with them. So the points' broad shape is put back (`with_broad`).
     """
     rays = pixel_rays(camera)
     geometry = surface_normals(np.where(steps_nearby(depth.z, config.edge_mm), np.nan, depth.z), camera)
@@ -75,7 +80,33 @@ def fuse(depth: DepthMap, light: NormalMap, camera: Camera, config: NormalFusion
     unit = weight[known].mean()
     solved = solve_grid(q, weight / unit, steps, (edges[0] / unit, edges[1] / unit))
     z = np.where(wanted, np.exp(solved.values), np.nan)
+    z = with_broad(z, depth.z, broad_px(depth, camera, config))
     return Fused(z, surface_normals(z, camera), solved)
+
+
+def broad_px(depth: DepthMap, camera: Camera, config: NormalFusionConfig) -> float:
+    """Standard deviation of the Gaussian beyond which points tell the shape better than normals do, pixels.
+
+    Over s pixels points' noise averages to noise / (2 sqrt(pi) s); normals that lean are off by lean * s * pixel.
+    """
+    if not config.lean:
+        return 0.0
+    noise = float(np.hypot(np.nanmedian(depth.sigma_mm), config.depth_sigma_mm))
+    pixel_mm = float(np.nanmedian(depth.z)) / camera.fx
+    return float(np.sqrt(noise / (2 * np.sqrt(np.pi) * config.lean * pixel_mm)))
+
+
+def with_broad(z: Float[np.ndarray, "h w"], points: Float[np.ndarray, "h w"], sigma_px: float) -> np.ndarray:
+    """The surface z, its shape broader than a Gaussian of `sigma_px` taken from the points. 0: as it is."""
+    known, wanted = np.isfinite(z) & np.isfinite(points), np.isfinite(z)
+    if not sigma_px or not known.any():
+        return z
+    off = (points - z)[known]
+    sums = GaussianWindow(known, sigma_px).sums(np.stack([off, np.ones_like(off)], 1))
+    shift = sums[..., :1] / np.maximum(sums[..., 1:], 1e-6)
+    out = z.copy()
+    out[wanted] += GaussianWindow(wanted, sigma_px).at_pixels(shift)[:, 0]
+    return out
 
 
 def agreement(
