@@ -48,8 +48,7 @@ def decode(
     calibration
         Instead of the folder's own calibration.json.
     show
-        Write these patterns: paper (six sinusoids, full-on, lamps), phase (phase shift and Gray code),
-        moving-phase (the shift twice, for what moves), gray, ramp.
+        Write these patterns: paper (sinusoids, full-on, lamps), phase (shift and Gray code), moving-phase, gray, ramp.
     board
         Calibrate by a checkerboard of inner corners and mm a square, such as 9x7x75.
     projector
