@@ -41,3 +41,10 @@ def test_glasses_stand_before_the_eyes_and_on_the_skull(performer):
         assert near[:, 2].max() > ball.centre[2] + ball.radius + 5
     placed = worn.vertices(performer.neutral.vertices, performer.neutral.faces)
     np.testing.assert_array_equal(placed, worn.mesh.vertices)
+
+
+def test_a_headset_hides_eyes_and_brows_and_leaves_the_mouth(performer):
+    box, where = wear(performer, "headset").mesh.vertices, face_map(performer)
+    assert box[:, 2].max() > max(ball.centre[2] + ball.radius for ball in performer.eyes.values()) + 30
+    assert where.mouth[:, 1].max() < box[:, 1].min() < where.eye[:, 1].min()
+    assert np.abs(box[:, 0]).max() > 60

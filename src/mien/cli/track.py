@@ -22,6 +22,7 @@ from ..rig import Rig
 from ..tracking.pipeline import Tracked, TrackTakeConfig, check_shapes, track_take
 from ..viewer.moving_page import moving_page
 from .bar import bar
+from .hidden_face import GaugeOptions, Gauges, learnt_gauges
 from .options import refuse_unused, verb
 from .outputs import check_outputs
 from .personalize import beside
@@ -54,6 +55,7 @@ def track(
     listen: str | None = None,
     page: bool = False,
     pages: Annotated[Pages, Parameter(name="*")] = Pages(),
+    upper: Annotated[GaugeOptions, Parameter(name="*")] = GaugeOptions(),
     config: Annotated[TrackTakeConfig, Parameter(name="*")] = TrackTakeConfig(),
 ) -> None:
     """An RGB-D take or a plain video in; an animated face with head motion out.
@@ -77,31 +79,42 @@ def track(
     """
     if str(take) == LIVE_LINK:
         check_outputs({"an animated face": output}, inputs=[rig])
-        refuse_unused("for the Live Link Face app", "device.device", "reading", "rate", "pages", "config")
+        refuse_unused("for the Live Link Face app", "device.device", "reading", "rate", "pages", "upper", "config")
         record_live_link(listen, rig, output, device.seconds)
         return
     refuse_unused("without livelink", "listen")
     camera = str(take) == CAMERA
     named = None if camera else pages.named_by(output)
     made: dict[str, Path | None] = {"an animated face": output, **(named.outputs if named else {})}
-    if camera:
-        refuse_unused("with this computer's camera", "config.live", "reading.depth_scale", "rate", "pages")
-    else:
-        refuse_unused("without this computer's camera", "device")
-    check_outputs(made, inputs=[take, rig])
+    refuse_of_camera(camera)
+    check_outputs(made, inputs=[take, rig, *upper.inputs])
     require_landmarker()
     source = open_source(take, camera, device, reading, rate)
+    gauges = learnt_gauges(upper, config.hidden, source)
     person, landmarks = rig_for(rig)
     played = as_live(source) if config.live and not camera else source
     config = replace(config, live=config.live or camera)
     with bar() as progress:
-        tracked = tracked_take(played, person, landmarks, config, progress, page)
+        tracked = with_gauges(tracked_take(played, person, landmarks, config, progress, page), gauges)
         write_edited(output, tracked.performance, tell)
         if named:
             show(source, tracked, named, progress)
     print(summary(output, tracked, source))
     if tracked.stopped:
         raise BadInput(f"{tracked.stopped}; the {len(tracked.performance)} frames before are in {output}")
+
+
+def refuse_of_camera(camera: bool) -> None:
+    """Refuse what does nothing with this computer's camera, or without it."""
+    if camera:
+        refuse_unused("with this computer's camera", "config.live", "reading.depth_scale", "rate", "pages")
+    else:
+        refuse_unused("without this computer's camera", "device")
+
+
+def with_gauges(tracked: Tracked, gauges: Gauges | None) -> Tracked:
+    """The same, upper shapes as the gauges say, if there are any."""
+    return replace(tracked, performance=gauges.driven(tracked.performance)) if gauges else tracked
 
 
 def tracked_take(

@@ -61,7 +61,8 @@ def detect(model: TrackingModel, frame: RGBDFrame, landmarks: Landmarks2D, camer
     if frame.depth is None:
         return T_camera_face
     seen = lifted(frame.depth, landmarks, camera)
-    check_size(model, seen)
+    if model.landmarks.known[EYE_CORNERS].all():
+        check_size(model, seen)
     ids = np.flatnonzero(model.landmarks.known & np.isfinite(seen[:, 2]))
     if len(ids) < ENOUGH_LANDMARKS:
         return T_camera_face

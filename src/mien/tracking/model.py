@@ -83,18 +83,23 @@ class TrackingModel:
         return vertices
 
 
-def tracking_model(rig: Rig, landmarks: LandmarkMap, reach: float = 45.0) -> TrackingModel:
+def tracking_model(
+    rig: Rig, landmarks: LandmarkMap, reach: float = 45.0, below: float = np.inf
+) -> TrackingModel:
     """The front: skin that looks forward and lies within `reach` mm of a feature of the neutral.
 
+    What lies above the height `below` (face space, mm) is left out: it is hidden.
+
     Raises:
-        BadInput: the rig has no shapes, or a feature is unknown on it.
+        BadInput: the rig has no shapes, or a feature that is not hidden is unknown on it.
     """
     if not len(rig.names):
         raise BadInput("the rig has no shapes; make one with `mien personalize`")
-    if not landmarks.known[list(FEATURES)].all():
+    open_to_view = landmarks.attachment.points(rig.neutral)[:, 1] < below
+    if not (landmarks.known | ~open_to_view)[list(FEATURES)].all():
         raise BadInput("the rig's landmarks are not complete; make it anew with `mien personalize`")
     mesh = rig.neutral
-    keep = _front_faces(rig, landmarks, reach)
+    keep = _front_faces(rig, landmarks, reach, below)
     front, local = np.unique(mesh.faces[keep], return_inverse=True)
     faces = local.reshape(-1, 3).astype(np.int32)
     area = mass(mesh.vertices[front], faces)
@@ -123,15 +128,15 @@ def tracking_model(rig: Rig, landmarks: LandmarkMap, reach: float = 45.0) -> Tra
     )
 
 
-def _front_faces(rig: Rig, landmarks: LandmarkMap, reach: float) -> np.ndarray:
+def _front_faces(rig: Rig, landmarks: LandmarkMap, reach: float, below: float) -> np.ndarray:
     """Mask of the rig's triangles that belong to the front: with what it encloses (mouth bag, sockets, nostrils)."""
     mesh = rig.neutral
     features = landmarks.attachment.points(mesh)[list(FEATURES)]
     squared = ((mesh.vertices[:, None, :] - features) ** 2).sum(2).min(1)
     forward = vertex_normals(mesh.vertices, mesh.faces)[:, 2] > LEAST_FORWARD
-    near = (squared < reach**2) & forward
+    near = (squared < reach**2) & forward & (mesh.vertices[:, 1] < below)
     keep = near[mesh.faces].all(1)
-    keep[landmarks.attachment.faces[list(FEATURES)]] = True
+    keep[landmarks.attachment.faces[list(FEATURES)][features[:, 1] < below]] = True
     skin = skin_faces(mesh)
     outside = np.flatnonzero(skin & ~keep)
     if not len(outside):

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Float
@@ -19,6 +20,7 @@ from ..rig import Performance, Rig
 from ..rig.facs import FACS23
 from ..transforms import Transform
 from .correctives import CorrectiveBasis, CorrectiveConfig, with_correctives
+from .hidden.lower_face import lower_face_config, lower_face_model, with_upper_shapes
 from .model import TrackingModel, tracking_model
 from .person.calm_frames import PATIENCE, no_face, with_scale
 from .terms.fit_config import BlendshapeFitConfig
@@ -43,6 +45,8 @@ class TrackTakeConfig:
     """The blendshape fit where there is no depth: landmarks weigh less than the paper's, and so does the picture, since
     nothing holds the head at its distance: with all of its weight it wandered twice as far."""
     correctives: CorrectiveConfig = field(default_factory=CorrectiveConfig)
+    hidden: Literal["upper"] | None = None
+    """What a headset hides: the upper face, whose skin, landmarks and shapes are then left out; None: nothing."""
     late: bool = False
     """Take the landmarks of the frame before, as a live source must."""
     live: bool = False
@@ -97,7 +101,8 @@ def track_take(
             a first frame that cannot be read. A take that breaks off later gives what was tracked, and `stopped`.
     """
     check_shapes(rig)
-    model = tracking_model(rig, landmarks or landmarks_of(rig))
+    marks = landmarks or landmarks_of(rig)
+    model = lower_face_model(rig, marks) if config.hidden else tracking_model(rig, marks)
     looking = landmarker or FaceLandmarker("video")
     seen = with_landmarks(take, looking, late=config.late or config.live)
     times: list[float] = []
@@ -116,7 +121,8 @@ def track_take(
         if not kept.tracked.any():
             raise with_scale(error, take) from error
         stopped = str(error)
-    return _collect(take, rig, model, kept, stopped)
+    found = _collect(take, model, kept, stopped)
+    return replace(found, performance=with_upper_shapes(found.performance, rig)) if config.hidden else found
 
 
 def track_frames(
@@ -132,6 +138,7 @@ def track_frames(
         BadInput: no face in the first 30 frames.
     """
     track = config.track if take.has_depth else replace(config.track, fit=config.video)
+    track = lower_face_config(track) if config.hidden else track
     late = config.late or config.live
     context = tracker_context(model, take.camera, track, timer)
     state, ever = initial_state(context), False
@@ -232,13 +239,13 @@ class _Results:
         return Transform(turn @ rotation, translation @ turn.T)
 
 
-def _collect(take: RgbdTake, rig: Rig, model: TrackingModel, kept: _Results, stopped: str | None) -> Tracked:
+def _collect(take: RgbdTake, model: TrackingModel, kept: _Results, stopped: str | None) -> Tracked:
     if not kept.tracked.any():
         raise no_face(take)
     shapes, more = kept.residuals.finish()
     more = more if len(more) else np.zeros((len(kept), 0))
     performance = Performance(
-        rig=with_correctives(rig, model, shapes),
+        rig=with_correctives(model.rig, model, shapes),
         weights=np.concatenate([kept.stacked("weights"), more], 1),
         T_world_face=kept.T_world_face(),
         rate=take.rate,

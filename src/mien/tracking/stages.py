@@ -13,6 +13,7 @@ from ..transforms import Transform
 from .adaptive import Subspace, depth_offsets, feature_offsets, weighted_subspace
 from .detect import detect
 from .fit import FitResult, first_frame_fit, fit_blendshapes
+from .hidden.find_in_depth import find_in_depth
 from .landmark_bias import learn_baseline, learn_bias, subtract_baseline, subtract_bias
 from .model import TrackingModel
 from .preprocess_frame import FrameObservation, preprocess_frame, scores_of
@@ -30,9 +31,13 @@ OUTLINE_STEP, POSE_STEP = 8, 32
 def find_head(
     context: TrackerContext, frame: RGBDFrame, landmarks: Landmarks2D | None, state: TrackState
 ) -> Transform | None:
-    """Where the head was, or, when that is not known, where the landmarks see it; None where nothing tells."""
+    """Where the head was; not known, where depth alone (if wanted) or the landmarks see it; None where neither does."""
     if not state.lost:
         return state.T_camera_face
+    if context.config.find_in_depth:
+        found = find_in_depth(context.model, frame, context.camera, context.config.rigid)
+        if found is not None:
+            return found
     return None if landmarks is None else detect(context.model, frame, landmarks, context.camera)
 
 
@@ -49,6 +54,8 @@ def observed_frame(
     outline = context.camera.project(points)
     config = context.config
     seen = preprocess_frame(frame, context.camera, outline, landmarks, config.preprocess, config.fit.photometric)
+    if seen.rays is not None:
+        seen = seen.moved(np.where(context.model.landmarks.known[:, None], seen.rays, np.nan))
     return replace(seen, landmark_scores=scores_of(landmarks, context.model.rig.names))
 
 

@@ -41,6 +41,8 @@ class TrackConfig:
     """The paper waits for a full buffer of 200 samples before the first update; 15 learn sooner. Every other frame is a
     sample."""
     landmark_bias: BiasConfig = field(default_factory=BiasConfig)
+    find_in_depth: bool = False
+    """Find the face by its depth before its landmarks (0.1 s): for one that is partly hidden."""
     smooth: bool = True
     """The Kalman filter on the coefficients."""
     damp_pose_mm: float = 0.3

@@ -1,4 +1,4 @@
-"""What people have on their faces: hair over the forehead, a beard, glasses."""
+"""What people have on their faces: hair over the forehead, a beard, glasses, a headset."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -14,7 +14,7 @@ from ..people.performer import Performer, smoothstep
 from ..people.skin import Skin, face_map
 from .occluders import join
 
-Kind = Literal["hair", "beard", "glasses"]
+Kind = Literal["hair", "beard", "glasses", "headset"]
 HAIR_COLOUR = np.array([0.16, 0.11, 0.08])
 """sRGB."""
 HAIR_LENGTH = {"hair": 9.0, "beard": 6.0}
@@ -29,6 +29,10 @@ WIRE = np.array([0.06, 0.06, 0.07])
 """Colour of the glasses' wire, sRGB."""
 RIM = 1.6
 """Radius of the glasses' wire, mm."""
+HEADSET = (178.0, 108.0, 96.0)
+"""A display's width, height and depth, mm."""
+HEADSET_BELOW = 34.0
+"""How far its lower edge lies under the eyes, mm."""
 
 
 @dataclass(frozen=True)
@@ -50,11 +54,11 @@ class Worn:
 
 
 def wear(actor: Performer | Skin, kind: Kind, seed: int = 0) -> Worn:
-    """Hair, a beard or glasses for one actor."""
+    """Hair, a beard, glasses or a headset for one actor."""
     rng = np.random.default_rng([seed, 22])
-    if kind == "glasses":
-        frame = _glasses(actor)
-        return Worn(frame, None, np.zeros(len(frame.vertices)))
+    if kind in ("glasses", "headset"):
+        rigid = _glasses(actor) if kind == "glasses" else _headset(actor)
+        return Worn(rigid, None, np.zeros(len(rigid.vertices)))
     points = actor.neutral.vertices
     height = (_head_hair if kind == "hair" else beard_hair)(actor, points, HAIR_LENGTH[kind], rng)
     grown = (height > 0.3) & actor.skin
@@ -108,6 +112,16 @@ def _glasses(actor: Performer | Skin) -> Mesh:
     middle = np.mean(front, axis=0) + np.array([0.0, 3.0, 2.0])
     parts.append(_wire(np.stack([front[0], middle, front[1]])))
     return join(parts)
+
+
+def _headset(actor: Performer | Skin) -> Mesh:
+    """A dark box over eyes, brows and forehead, its back inside the face."""
+    performer = actor.performer if isinstance(actor, Skin) else actor
+    balls = [performer.eyes[side] for side in ("Left", "Right")]
+    eyes = np.mean([ball.centre for ball in balls], axis=0)
+    middle = eyes + np.array([0.0, HEADSET[1] / 2 - HEADSET_BELOW, balls[0].radius + HEADSET[2] / 2 - 24.0])
+    box = trimesh.creation.box(extents=HEADSET).subdivide().subdivide()
+    return Mesh(box.vertices + middle, np.asarray(box.faces), colors=np.tile(WIRE, (len(box.vertices), 1)))
 
 
 def _wire(line: Float[np.ndarray, "k 3"]) -> Mesh:
