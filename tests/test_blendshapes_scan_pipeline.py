@@ -11,7 +11,7 @@ from mien.errors import BadInput
 from mien.landmarks.detector import Landmarks2D
 from mien.mesh import ClosestPoint
 from mien.register.correspond import Rejection
-from mien.register.rigid import IcpConfig, icp
+from mien.register.rigid_icp import IcpConfig, icp
 
 CONFIG = FusionConfig(pixel_mm=1.0)
 

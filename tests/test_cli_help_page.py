@@ -20,6 +20,7 @@ def test_settings_of_solvers_stand_behind_help_all(capsys):
     assert "mien solve take.c3d" in short
     assert "in; an animated face" in short
     assert "--face.link-mm" in page(capsys, "solve", "--help-all")
+    assert "--face.link-mm" not in page(capsys, "solve", "--help")
 
 
 def test_a_docstring_without_its_parameters():

@@ -74,7 +74,7 @@ def test_command_draws_heat_maps(files, what, other, wide):
     (("rig.glb", "-o", "a.png", "--sheet", "0"), "at least"),
     (("scan.ply", "-o", "a.png", "--size", "4"), "16 to 8192"),
     (("scan.ply", "-o", "a.mp4", "--fps", "0"), "must be positive"),
-    (("perf.glb", "-o", "a.mp4", "--fps", "-1"), "must be positive"),
+    (("perf.glb", "-o", "a.mp4", "--fps", "-1"), "-1 is below 0"),
     (("perf.glb", "-o", "a.png", "--frame", "1", "--heat", "scan.ply", "--limit", "0"), "limit must be positive"),
     (("perf.glb", "-o", "a.png", "--frame", "1", "--heat", "short.glb"), "as many frames, got 9 and 4"),
     (("none.glb", "-o", "a.png"), "none.glb: no such file"),

@@ -18,8 +18,7 @@ def with_help(app: App, verb: str, everything: bool) -> None:
         return
     page.help = described(function.__doc__ or "")
     page.help_epilogue = epilogue(verb, everything)
-    if everything:
-        show_internals(function)
+    show_internals(function, everything)
 
 
 def described(docstring: str) -> str:

@@ -153,14 +153,14 @@ def is_internal(path: str) -> bool:
     return path.count(JOIN) > 1
 
 
-def show_internals(called: Callable[..., None]) -> None:
-    """Let a verb's help show every flag."""
+def show_internals(called: Callable[..., None], show: bool = True) -> None:
+    """Let a verb's help show every flag, or again those alone that a user needs."""
     shown = []
     for parameter in inspect.signature(called).parameters.values():
         annotation = parameter.annotation
         if is_internal(parameter.name):
             [mark] = annotation.__metadata__
-            visible = Parameter.combine(mark, Parameter(show=True))
+            visible = Parameter.combine(mark, Parameter(show=show))
             annotation = Annotated[annotation.__origin__, visible]
         shown.append(parameter.replace(annotation=annotation))
     setattr(called, "__signature__", inspect.Signature(shown))  # noqa: B010
