@@ -98,9 +98,9 @@ def run(what: str, folder: Path, seed: int, seconds: float, markers: int | None,
 TAKES = {
     "markers": "about a minute",
     "rgbd": "two minutes",
-    "scans": "five minutes",
+    "scans": "three minutes",
     "blendshapes": "three to four minutes",
-    "detail": "five minutes",
+    "detail": "two minutes",
     "light": "four minutes",
 }
 """On two cores."""
