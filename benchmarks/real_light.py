@@ -7,6 +7,7 @@ Leaves real_board.png, real_lamps.png and real_stripes.png. The recordings are n
 - procam (github.com/kamino410/procam-calibration, MIT, (c) 2019 kamino410): five poses of a board of 9 x 7 corners
   under Gray codes. Camera and projector are calibrated, then each board is triangulated and held against a plane.
 - near_light (github.com/yqueau/near_ps, GPL-3, Yvain Queau): a face under seven calibrated lamps near it.
+  Its picture stands in a folder of its own in the docs, with that licence.
 - three_phase (github.com/bluehash/3PhaseScanning, BSD, (c) 2014 kippkitts): a head under three shifted stripes. Nothing
   is calibrated: what is found is the phase, up to whole turns, and a height up to scale, sign and a projective map.
 """
