@@ -4,12 +4,14 @@ Every address bears a token that only the page that was opened knows, and reques
 are refused. Threads: two viewers at once, and a page that closes in the middle of an answer, disturb nobody.
 """
 
+import json
 import secrets
 import socket
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
 from ..errors import BadInput
@@ -50,6 +52,16 @@ class Answer:
     body: bytes
     mime: str = "application/octet-stream"
     status: int = HTTPStatus.OK
+
+    @classmethod
+    def json(cls, told: Mapping[Any, Any]) -> "Answer":
+        """What a page reads as an object."""
+        return cls(json.dumps(told).encode(), MIMES[".json"])
+
+    @classmethod
+    def stale(cls, why: str) -> "Answer":
+        """A save that rests on what another page has changed since."""
+        return cls(why.encode(), "text/plain", HTTPStatus.CONFLICT)
 
 
 Get = Callable[[Mapping[str, str]], Answer]

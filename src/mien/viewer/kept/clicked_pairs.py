@@ -40,7 +40,7 @@ class ClickedPairs:
             BadInput: the file is none of ours.
         """
         pairs = [self._scaled(pair, to_file=False) for pair in self._pairs() if self._known(pair)]
-        return Answer(json.dumps({"pairs": pairs}).encode(), "application/json")
+        return Answer.json({"pairs": pairs})
 
     def save(self, body: bytes, asked: Mapping[str, str]) -> Answer:
         """Keep what two scans of the page have in common, in place of what they had; other pairs stay.

@@ -3,7 +3,6 @@
 import json
 import threading
 from collections.abc import Mapping
-from http import HTTPStatus
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +12,6 @@ from ..server import Answer
 
 STALE = "corrections were changed elsewhere since; they are loaded anew"
 """What the second of two pages is told."""
-
-JSON = "application/json"
 
 
 class Corrections:
@@ -26,7 +23,7 @@ class Corrections:
 
     def read(self, asked: Mapping[str, str]) -> Answer:
         """The layer of face `face`."""
-        return Answer(json.dumps(read_layer(self._beside(asked))).encode(), JSON)
+        return Answer.json(read_layer(self._beside(asked)))
 
     def save(self, body: bytes, asked: Mapping[str, str]) -> Answer:
         """Keep a layer; refused where its revision is not the one that lies there.
@@ -40,10 +37,10 @@ class Corrections:
         with self._lock:
             before = read_layer(path)
             if told.get("revision", 0) != before.get("revision", 0):
-                return Answer(STALE.encode(), "text/plain", HTTPStatus.CONFLICT)
+                return Answer.stale(STALE)
             kept = before | told | {"revision": before.get("revision", 0) + 1}
             write_layer(path, kept)
-        return Answer(json.dumps({"revision": kept["revision"], "file": path.name}).encode(), JSON)
+        return Answer.json({"revision": kept["revision"], "file": path.name})
 
     def _beside(self, asked: Mapping[str, str]) -> Path:
         number = asked.get("face", "")

@@ -8,7 +8,6 @@ import io
 import json
 import threading
 from collections.abc import Mapping, Sequence
-from http import HTTPStatus
 from pathlib import Path
 from typing import Any
 
@@ -49,7 +48,7 @@ class MapMarks:
         height, width = self._map(path).layout.shape
         mask = PNG_URL + base64.b64encode((path.parent / part["mask"]).read_bytes()).decode() if "mask" in part else ""
         said = {"landmarks": part.get("landmarks", {}), "pins": part.get("pins", {}), "mask": mask}
-        return _json(said | {"width": width, "height": height, "revision": self._revisions[path.name]})
+        return Answer.json(said | {"width": width, "height": height, "revision": self._revisions[path.name]})
 
     def picture(self, asked: Mapping[str, str]) -> Answer:
         """A map's colours."""
@@ -72,7 +71,7 @@ class MapMarks:
                 found = landmarks_on_map(map_)
                 pixels = found.pixels(map_.layout)
                 self._found[path.name] = {int(i): pixels[i].round(2).tolist() for i in np.flatnonzero(found.known)}
-        return _json(self._found[path.name])
+        return Answer.json(self._found[path.name])
 
     def save(self, body: bytes, asked: Mapping[str, str]) -> Answer:
         """Keep what is said of a map.
@@ -83,14 +82,14 @@ class MapMarks:
         path, said = self._path(asked), json.loads(body)
         with self._lock:
             if said.get("revision") != self._revisions[path.name]:
-                return Answer(STALE.encode(), "text/plain", HTTPStatus.CONFLICT)
+                return Answer.stale(STALE)
             told = self._told(path)
             part = {key: said[key] for key in ("landmarks", "pins") if said.get(key)} | self._masked(path, said)
             told.pop(path.stem, None)
             write_corrections(path.parent / FILE, told | ({path.stem: part} if part else {}))
             self._revisions[path.name] += 1
         again = f"mien rig {path.parent} --corrections {path.parent / FILE}"
-        return _json({"revision": self._revisions[path.name], "rerun": again})
+        return Answer.json({"revision": self._revisions[path.name], "rerun": again})
 
     def _masked(self, path: Path, said: Mapping[str, Any]) -> dict[str, str]:
         """The mask written, and what the file says of it."""
@@ -125,7 +124,3 @@ class MapMarks:
         if name not in self._paths:
             raise BadInput(f"map {name!r}: the page shows none of that name")
         return self._paths[name]
-
-
-def _json(told: Mapping[Any, Any]) -> Answer:
-    return Answer(json.dumps(told).encode(), "application/json")

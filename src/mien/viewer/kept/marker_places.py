@@ -8,7 +8,6 @@ import threading
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from http import HTTPStatus
 from pathlib import Path
 from typing import Any
 
@@ -75,7 +74,7 @@ class MarkerPlaces:
             places[label] = place and place | {"corners": self._corners(place["face"])}
         bad = {label: [{"from": a, "to": b} for a, b in spans] for label, spans in edits.bad.items()}
         told = {"labels": self.labels, "places": places, "names": dict(edits.names), "bad": bad}
-        return _json(told | {"revision": self._revision})
+        return Answer.json(told | {"revision": self._revision})
 
     def place(self, body: bytes, asked: Mapping[str, str]) -> Answer:
         """The skin nearest to a point, face space, mm, of the face under the weights that the page shows."""
@@ -84,7 +83,7 @@ class MarkerPlaces:
         if weights.shape != (len(self._rig.names),) or point.shape != (3,):
             raise BadInput("place: expected a point (3) and a weight a shape")
         entry = self._nearest(self._rig.vertices(weights), point[None])[1][0]
-        return _json(entry | {"corners": self._corners(entry["face"])})
+        return Answer.json(entry | {"corners": self._corners(entry["face"])})
 
     def save(self, body: bytes, asked: Mapping[str, str]) -> Answer:
         """Keep places, names and bad ranges.
@@ -98,13 +97,13 @@ class MarkerPlaces:
         entries = {edits.names.get(label, label): told["places"][label] for label in self.labels}
         with self._lock:
             if told.get("revision") != self._revision:
-                return Answer(STALE.encode(), "text/plain", HTTPStatus.CONFLICT)
+                return Answer.stale(STALE)
             with whole(self.attach_file) as temporary:
                 temporary.write_text(json.dumps(entries_of(entries), indent=1) + "\n", encoding="utf-8")
             write_marker_edits(self._shown.take, edits)
             self._revision += 1
         again = f"mien solve {self._shown.take} --attach {self.attach_file}"
-        return _json({"revision": self._revision, "rerun": again})
+        return Answer.json({"revision": self._revision, "rerun": again})
 
     @property
     def _rig(self):
@@ -152,7 +151,3 @@ class MarkerPlaces:
 
     def _corners(self, face: int) -> list[int]:
         return self._rig.neutral.faces[face].tolist()
-
-
-def _json(told: Mapping[str, Any]) -> Answer:
-    return Answer(json.dumps(told).encode(), "application/json")
