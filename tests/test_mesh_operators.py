@@ -12,6 +12,7 @@ from mien.mesh import (
     face_areas,
     face_normals,
     grid_faces,
+    in_largest_part,
     mass,
     mean_edge_length,
     uniform_laplacian,
@@ -77,3 +78,8 @@ def test_a_grid_of_points_becomes_triangles_but_not_across_holes_and_steps():
     assert (grid_faces(points, 2.0) % 4 < 3).all()
     points[0, 0] = np.nan
     np.testing.assert_array_equal(np.sort(grid_faces(points, 2.0), axis=1), [[1, 2, 5], [1, 4, 5], [2, 5, 6]])
+
+
+def test_the_connected_part_of_the_most_triangles():
+    faces = np.array([[0, 1, 2], [3, 4, 5], [4, 6, 5]])
+    np.testing.assert_array_equal(in_largest_part(faces, 8), [False, True, True])

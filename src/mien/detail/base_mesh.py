@@ -10,7 +10,17 @@ from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
 from ..errors import BadInput
-from ..mesh import Attachment, ClosestPoint, Mesh, adjacency, cotangent_laplacian, face_normals, mass, submesh
+from ..mesh import (
+    Attachment,
+    ClosestPoint,
+    Mesh,
+    adjacency,
+    cotangent_laplacian,
+    face_normals,
+    in_largest_part,
+    mass,
+    submesh,
+)
 from ..mesh.cylinder import fit_cylinder
 from ..pictures.raycast import RayCaster
 from .texture_space import with_texture
@@ -87,9 +97,7 @@ def outer_skin(mesh: Mesh) -> Bool[np.ndarray, " m"]:
         raise BadInput("detail: no outer skin in the neutral mesh; is it a face with +Z out and normals outwards?")
     while True:
         kept = np.flatnonzero(seen)
-        A = adjacency(mesh.faces[kept], len(mesh.vertices))
-        label = connected_components(A, directed=False)[1][mesh.faces[kept, 0]]
-        seen[kept[label != np.bincount(label).argmax()]] = False
+        seen[kept] = in_largest_part(mesh.faces[kept], len(mesh.vertices))
         pinched = _pinched(mesh.faces, seen)
         if not pinched.any():
             return seen

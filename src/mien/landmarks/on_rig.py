@@ -6,13 +6,12 @@ from pathlib import Path
 
 import numpy as np
 from jaxtyping import Bool, Float, UInt8
-from scipy.sparse.csgraph import connected_components
 
 from ..camera import Camera
 from ..errors import BadInput
 from ..faces.bundled import load_face
 from ..files import whole
-from ..mesh import Attachment, ClosestPoint, Mesh, adjacency, vertex_normals
+from ..mesh import Attachment, ClosestPoint, Mesh, in_largest_part, vertex_normals
 from ..pictures.raycast import DepthImage, depth_image
 from ..rig import Rig
 from ..transforms import Transform, rotation_from_vector
@@ -121,9 +120,7 @@ def attach_landmarks(mesh: Mesh, points: Float[np.ndarray, "478 3"], known: Bool
 
 def skin_faces(mesh: Mesh) -> Bool[np.ndarray, " m"]:
     """The triangles of the largest connected part: the skin, without eyeballs, teeth and tongue."""
-    _, label = connected_components(adjacency(mesh.faces, len(mesh.vertices)), directed=False)
-    part = label[mesh.faces[:, 0]]
-    return part == np.bincount(part).argmax()
+    return in_largest_part(mesh.faces, len(mesh.vertices))
 
 
 def _seen_on(rig: Rig, mesh: Mesh, eyes: FaceLandmarker) -> tuple[np.ndarray, np.ndarray]:

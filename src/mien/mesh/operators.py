@@ -3,7 +3,8 @@
 import igl
 import numpy as np
 import scipy.sparse as sp
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
+from scipy.sparse.csgraph import connected_components
 
 
 def cotangent_laplacian(vertices: Float[np.ndarray, "n 3"], faces: Int[np.ndarray, "m 3"]) -> sp.csc_matrix:
@@ -66,6 +67,13 @@ def adjacency(faces: Int[np.ndarray, "m 3"], n: int) -> sp.csr_matrix:
     A = sp.csr_matrix((np.ones(2 * len(i)), (np.r_[i, j], np.r_[j, i])), shape=(n, n))
     A.data[:] = 1.0
     return A
+
+
+def in_largest_part(faces: Int[np.ndarray, "m 3"], n: int) -> Bool[np.ndarray, " m"]:
+    """Whether each triangle is of the connected part of the most triangles."""
+    _, part = connected_components(adjacency(faces, n), directed=False)
+    of_face = part[faces[:, 0]]
+    return of_face == np.bincount(of_face).argmax()
 
 
 def boundary_vertices(faces: Int[np.ndarray, "m 3"]) -> Int[np.ndarray, " b"]:

@@ -6,12 +6,11 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 from jaxtyping import Bool, Float, Int
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from ..faces.bundled import BundledFace
 from ..fitting.template_parts import TemplateParts, extrapolate_hidden, move_rigid_parts
-from ..mesh import Attachment, Mesh, adjacency, closest_point, submesh
+from ..mesh import Attachment, Mesh, closest_point, in_largest_part, submesh
 from ..mesh.subdivide import loop_refinement
 from ..register import NonrigidConfig, Surface, Template
 
@@ -165,7 +164,8 @@ def manifold_part(mesh: Mesh) -> Mesh:
     faces, before = mesh.faces, -1
     while len(faces) != before:
         before = len(faces)
-        faces = _largest(_without_forks(faces, len(mesh.vertices)), len(mesh.vertices))
+        faces = _without_forks(faces, len(mesh.vertices))
+        faces = faces[in_largest_part(faces, len(mesh.vertices))]
     return submesh(replace(mesh, faces=faces, uv=None, uv_faces=None), np.arange(len(faces)))[0]
 
 
@@ -178,12 +178,6 @@ def _without_forks(faces: Int[np.ndarray, "m 3"], n: int) -> Int[np.ndarray, "k 
     rim = ~np.isin(keys, directed[..., 1] * n + directed[..., 0])
     leaving = np.bincount(directed[..., 0][rim], minlength=n)
     return faces[once & (leaving[faces] < 2).all(axis=1)]
-
-
-def _largest(faces: Int[np.ndarray, "m 3"], n: int) -> Int[np.ndarray, "k 3"]:
-    _, piece = connected_components(adjacency(faces, n), directed=False)
-    of_face = piece[faces[:, 0]]
-    return faces[of_face == np.bincount(of_face).argmax()]
 
 
 def transfer_topology(

@@ -6,11 +6,10 @@ import igl
 import numpy as np
 import scipy.sparse as sp
 from jaxtyping import Bool, Float, Int
-from scipy.sparse.csgraph import connected_components
 
 from ...errors import BadInput
 from ...landmarks.detector import LOOPS
-from ...mesh import Attachment, Mesh, adjacency, closest_point, submesh
+from ...mesh import Attachment, Mesh, adjacency, closest_point, in_largest_part, submesh
 from ...transforms import Transform
 from ..correspond.dense import SkinWarp
 from ..correspond.landmarks import MapLandmarks
@@ -57,15 +56,9 @@ def thinned(neutral: CylinderMap, landmarks: MapLandmarks, triangles: int) -> Me
     points, pieces, _ = igl.split_nonmanifold(large, surface.faces)
     moved, faces, _, _ = igl.decimate(np.asfortranarray(points), np.asfortranarray(pieces, np.int32), triangles)
     back = closest_point(Mesh(large, surface.faces), np.asarray(moved)).attachment()
-    mesh = largest_part(Mesh(back.points(surface), np.asarray(faces, np.int64)))
+    mesh = Mesh(back.points(surface), np.asarray(faces, np.int64))
+    mesh, _ = submesh(mesh, in_largest_part(mesh.faces, len(mesh.vertices)))
     return replace(mesh, uv=cylinder_uv(mesh.vertices, neutral.layout))
-
-
-def largest_part(mesh: Mesh) -> Mesh:
-    """The connected part of the most triangles."""
-    _, part = connected_components(adjacency(mesh.faces, len(mesh.vertices)), directed=False)
-    owner = part[mesh.faces[:, 0]]
-    return submesh(mesh, owner == np.bincount(owner).argmax())[0]
 
 
 def parted(mesh: Mesh, landmarks: MapLandmarks) -> Mesh:
