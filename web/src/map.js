@@ -34,7 +34,7 @@ export class MapPanel {
   turnTo({ name }) {
     if (!name.endsWith(".exr")) return;
     Object.assign(this, { name, taken: null, found: {}, zoom: 1, at: [0, 0], told: "", saver: new Saver("map", { map: name }) });
-    this.history = new History(() => this.said, (said) => { this.said = said; this.repaint().then(() => this.save()); });
+    this.history = new History(() => this.said, (said) => { this.said = said; this.save(); this.repaint(); });
     this.ready = this.load();
   }
 
@@ -52,12 +52,14 @@ export class MapPanel {
     this.show();
   }
 
-  // The mask as the state has it.
+  // The mask as the state has it; a picture that the state has left behind meanwhile is dropped.
   async repaint() {
+    const { mask } = this.said, painted = mask && await createImageBitmap(await (await fetch(mask)).blob());
+    if (mask !== this.said.mask) return;
     Object.assign(this.mask, { width: this.width, height: this.height });
     const pen = this.mask.getContext("2d");
     pen.fillStyle = "#fff"; pen.fillRect(0, 0, this.width, this.height);
-    if (this.said.mask) pen.drawImage(await createImageBitmap(await (await fetch(this.said.mask)).blob()), 0, 0);
+    if (painted) pen.drawImage(painted, 0, 0);
     this.show();
   }
 
