@@ -41,7 +41,7 @@ def test_what_is_sent_is_recorded(tmp_path, monkeypatch, capsys):
     sending = threading.Thread(target=phone)
     sending.start()
     try:
-        mien("track", "livelink", rig=tmp_path / "rig.glb", output=tmp_path / "a.glb", listen=f":{port}", seconds=0.3)
+        mien("track", "livelink", rig=tmp_path / "rig.glb", output=tmp_path / "a.glb", listen=f":{port}", seconds=1.0)
     finally:
         over.set()
         sending.join()

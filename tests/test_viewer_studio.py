@@ -118,8 +118,8 @@ def test_a_slider_moves_its_shape(page):
 
 def saved(page, perf, count):
     """The layer on disk once it holds `count` corrections."""
-    page.wait_for_function("studio.edits.told.startsWith('saved')")
     page.evaluate("studio.edits.saver.queue")
+    assert page.evaluate("studio.edits.told").startswith("saved")
     edits = edits_from(read_layer(edits_beside(perf)), perf)
     assert len(edits) == count
     return edits
@@ -153,7 +153,8 @@ def test_corrections_come_back_and_two_pages_do_not_overwrite_each_other(chromiu
     first.evaluate("studio.edits.key('mouthPucker', 0.2, 0.5)")
     saved(first, perf, 4)
     second.evaluate("studio.edits.key('mouthPucker', 0.3, 0.5)")
-    second.wait_for_function("studio.edits.told.includes('elsewhere')")
+    second.evaluate("studio.edits.saver.queue")
+    assert "elsewhere" in second.evaluate("studio.edits.told")
     assert second.evaluate("studio.edits.count") == 4
     for page in (first, second):
         page.close()

@@ -66,7 +66,7 @@ def test_over_the_film_every_vertex_lies_where_the_camera_saw_it(chromium, track
     true = CAMERA.project(tracked.T_world_face[FRAME].apply(held) * [1, -1, -1])
     for size in ((900, 480), (740, 900)):
         page.set_viewport_size({"width": size[0], "height": size[1]})
-        page.wait_for_timeout(100)
+        page.wait_for_function("([w, h]) => innerWidth === w && innerHeight === h", arg=list(size))
         pixels, (left, top, width, height) = page.evaluate(ON_SCREEN, [held.tolist(), FRAME])
         scale = min(width / CAMERA.width, height / CAMERA.height)
         corner = [left + (width - scale * CAMERA.width) / 2, top + (height - scale * CAMERA.height) / 2]

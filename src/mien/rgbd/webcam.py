@@ -3,7 +3,7 @@
 import sys
 import threading
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing
 
 import av
@@ -23,8 +23,16 @@ DRIVERS = {"linux": ("v4l2", "/dev/video0"), "darwin": ("avfoundation", "0"), "w
 class Webcam:
     """`mien.rgbd.live.LiveSource` of pictures that come by themselves; ends after `seconds`, or when they end."""
 
-    def __init__(self, pictures: Iterable[np.ndarray], camera: Camera, rate: float, seconds: float):
-        self.camera, self.rate = camera, rate
+    def __init__(
+        self,
+        pictures: Iterable[np.ndarray],
+        camera: Camera,
+        rate: float,
+        seconds: float,
+        clock: Callable[[], float] = time.monotonic,
+    ):
+        """`clock` in seconds; tests give their own."""
+        self.camera, self.rate, self._clock = camera, rate, clock
         self._seconds, self._given, self._number = seconds, 0, 0
         self._newest: RGBDFrame | None = None
         self._over = False
@@ -44,7 +52,7 @@ class Webcam:
         start = None
         try:
             for picture in pictures:
-                now = time.monotonic()
+                now = self._clock()
                 start = now if start is None else start
                 if now - start >= self._seconds:
                     break
