@@ -127,5 +127,5 @@ class DetailPage {
 }
 
 export function showDetail(D) {
-  try { new DetailPage(D).run(); } catch (fault) { input("told").textContent = String(fault.message ?? fault); throw fault; }
+  try { (window.detail = new DetailPage(D)).run(); } catch (fault) { input("told").textContent = String(fault.message ?? fault); throw fault; }
 }

@@ -35,9 +35,14 @@ function paletteOf(file) {
   return texture;
 }
 
+// When the page's files were last written; null where nobody answers.
+const stampNow = () => fetch(address("stamp")).then((answer) => (answer.ok ? answer.text() : ""), () => null);
+
 class Studio {
-  constructor(file) {
+  // `stamp` says when the files of the page were written.
+  constructor(file, stamp) {
     const { header } = file, decoded = performance.now();
+    this.stamp = stamp;
     this.stage = new Stage(document.getElementById("canvas"));
     const palette = paletteOf(file);
     this.shown = header.faces.map((one, i) => {
@@ -122,18 +127,16 @@ class Studio {
 
   // The files of a page may be written anew while it is open.
   watch(say) {
-    let first;
     setInterval(async () => {
-      const answer = await fetch(address("stamp")).catch(() => null), stamp = answer?.ok && (await answer.text());
-      first ??= stamp;
-      if (stamp && stamp !== first) say("the file was written anew: reload the page to see it");
-      if (!answer) say("the server has ended; what was saved is on disk");
+      const stamp = await stampNow();
+      if (stamp && stamp !== this.stamp) say("the file was written anew: reload the page to see it");
+      if (stamp === null) say("the server has ended; what was saved is on disk");
     }, WATCH_MS);
   }
 
   lookFrom(name) { this.over?.button.press(false); this.stage.frame(name); }
 
-  turnTo(one) { this.current = one; this.chosen.clear(); this.map?.turnTo(one); this.sliders?.fill(); if (this.timeline) this.timeline.ranked = null; this.show(); }
+  turnTo(one) { this.current = one; this.chosen.clear(); this.map?.turnTo(one); this.sliders?.fill(); if (this.timeline) Object.assign(this.timeline, { ranked: null, stale: true }); this.show(); }
 
   key(event) {
     if (event.target.matches("input[type=text], input[type=search], select")) return;
@@ -147,7 +150,7 @@ class Studio {
   // Shapes that sliders held follow the take again.
   release() { for (const { held } of this.shown) held.clear(); }
 
-  choose(k) { if (!this.chosen.delete(k)) this.chosen.add(k); this.show(); }
+  choose(k) { if (!this.chosen.delete(k)) this.chosen.add(k); this.timeline?.anew(); this.show(); }
 
   // A slider was moved: the shape is held there, on top of what plays.
   // Rigs side by side move together, such as one face before and after a correction.
@@ -195,6 +198,7 @@ class Studio {
   corrected() {
     for (const { motion, edits } of this.shown) motion?.bridge(edits.bad());
     this.correct?.show();
+    this.timeline?.anew();
     this.show();
   }
 
@@ -212,8 +216,14 @@ class Studio {
   }
 }
 
+// The stamp is asked for before the scene: files that are written while it comes are told.
+async function openStudio() {
+  const stamp = served ? await stampNow() : null;
+  return new Studio(await loadScene(address("scene.bin")), stamp);
+}
+
 if (window.DETAIL) showDetail(window.DETAIL);
-else loadScene(address("scene.bin")).then((file) => {
-  window.studio = new Studio(file);
-  window.studio.run();
+else openStudio().then((studio) => {
+  window.studio = studio;
+  studio.run();
 }).catch((fault) => { told.textContent = String(fault.message ?? fault); document.body.dataset.fault = "yes"; console.error(fault); });

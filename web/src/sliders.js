@@ -32,7 +32,8 @@ export class Sliders {
     this.rows.forEach(({ name, slider, told, title, row }, k) => {
       const shown = weights[k].toFixed(2);
       if (told.textContent !== shown) { told.textContent = shown; slider.value = weights[k]; }
-      title.setAttribute("aria-pressed", String(studio.chosen.has(k)));
+      const pressed = String(studio.chosen.has(k));
+      if (title.ariaPressed !== pressed) title.ariaPressed = pressed;
       row.classList.toggle("keyed", (studio.edits?.keys(name).length ?? 0) > 0);
     });
   }

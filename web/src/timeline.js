@@ -19,8 +19,8 @@ export class Timeline {
     this.canvas = make("canvas", { id: "curves", tabIndex: 0, ariaLabel: "curves over time; drag to scrub" });
     place.append(row(this.play, step(-1), step(1), this.told, speed, loop, make("span", { className: "spacer" }), this.legend), this.canvas);
     this.scrub();
-    clock.listen(() => this.draw());
-    new ResizeObserver(() => this.draw()).observe(this.canvas);
+    this.picture = make("canvas");
+    new ResizeObserver(() => this.anew()).observe(this.canvas);
   }
 
   scrub() {
@@ -54,13 +54,29 @@ export class Timeline {
     return (chosen.length ? chosen : this.ranked).slice(0, MOST_CURVES);
   }
 
+  // Curves, corrections or the bar's size have changed.
+  anew() { this.stale = true; this.draw(); }
+
+  // Every frame: the time, over the picture of the curves.
   draw() {
-    const { canvas, studio } = this, { clock } = studio, ratio = window.devicePixelRatio || 1;
+    const { canvas, studio: { clock } } = this, ratio = window.devicePixelRatio || 1;
     this.play.setAttribute("aria-pressed", String(clock.playing));
     this.told.textContent = `${clock.time.toFixed(2)} s   frame ${clock.frame}`;
-    const w = (canvas.width = canvas.clientWidth * ratio), h = (canvas.height = canvas.clientHeight * ratio), pen = canvas.getContext("2d");
-    const x = (time) => (clock.duration ? (time / clock.duration) * w : 0), pad = 6 * ratio;
-    pen.clearRect(0, 0, w, h);
+    if (this.stale !== false) this.drawCurves(ratio);
+    const { width, height } = canvas, pen = canvas.getContext("2d");
+    if (!width || !height) return;
+    pen.clearRect(0, 0, width, height);
+    pen.drawImage(this.picture, 0, 0);
+    pen.fillStyle = "#ffffffc0"; pen.fillRect(this.across(clock.time, width) - ratio / 2, 0, ratio, height);
+  }
+
+  across(time, width) { const { duration } = this.studio.clock; return duration ? (time / duration) * width : 0; }
+
+  drawCurves(ratio) {
+    const { canvas, picture, studio } = this;
+    this.stale = false;
+    const w = (canvas.width = picture.width = canvas.clientWidth * ratio), h = (canvas.height = picture.height = canvas.clientHeight * ratio), pen = picture.getContext("2d");
+    const x = (time) => this.across(time, w), pad = 6 * ratio;
     for (const { from, to } of studio.edits?.bad() ?? []) { pen.fillStyle = "#ff5c5c33"; pen.fillRect(x(from), 0, x(to) - x(from), h); }
     const shown = this.curves(), { motion, face } = studio.current;
     shown.forEach((k, i) => {
@@ -79,6 +95,5 @@ export class Timeline {
     });
     pen.setLineDash([]);
     this.legend.replaceChildren(...shown.map((k, i) => make("span", { textContent: ` ${face.names[k]} `, style: `color:${COLOURS[i]}` })));
-    pen.fillStyle = "#ffffffc0"; pen.fillRect(x(clock.time) - ratio / 2, 0, ratio, h);
   }
 }
