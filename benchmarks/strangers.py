@@ -16,6 +16,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
+
+from mien.landmarks.detector import FaceLandmarker
+from mien.rgbd import read_rgbd
+
 MIEN = (sys.executable, "-c", "from mien.cli.main import main; main()")
 """The command of the tree that is imported, not the one that is installed."""
 OPEN_MOUTH, OTHER_FRAME = "frame_000738", "frame_000186"
@@ -94,7 +99,17 @@ def rgbd(run: Run) -> dict | None:
     take, rig, out = run.takes / "rgbd" / "take", run.work / "rgbd_rig.glb", run.work / "rgbd.glb"
     if not run.mien("personalize", take, "-o", rig) or not run.mien("track", take, "--rig", rig, "-o", out):
         return None
-    return run.score("score.py", out, run.takes / "rgbd" / "truth.npz")
+    truth = run.takes / "rgbd" / "truth.npz"
+    return run.score("score.py", out, truth) | {"mediapipe": mediapipe_error(take, truth)}
+
+
+def mediapipe_error(take: Path, truth: Path) -> float:
+    """Mean absolute error of MediaPipe's scores of a film's frames, as weights; zeros where it sees no face."""
+    with FaceLandmarker("video") as eyes:
+        seen = [eyes.detect(frame.color, frame.time) for frame in read_rgbd(take) if frame.color is not None]
+    with np.load(truth) as known:
+        said = [[marks.scores.get(str(name), 0.0) if marks else 0.0 for name in known["arkit_names"]] for marks in seen]
+        return float(np.abs(np.array(said) - known["arkit"]).mean())
 
 
 def colour(run: Run) -> dict | None:
@@ -133,7 +148,7 @@ def line(name: str, found: dict, goal: Goal) -> str:
     """One row of the table: take / strongest tenth (goal)."""
     if "table" not in found:
         return f"{name:12s}" + scan_line(found["scan"])
-    take, strong, weights = found["table"]["open"], found["table"]["strong"], found.get("weights")
+    take, strong = found["table"]["open"], found["table"]["strong"]
     cells = [f"{name:12s}"]
     for key, wanted in (("own", goal.own), ("ac", None), ("world", goal.world)):
         aim = f" ({wanted[0]:.0f} / {wanted[1]:.0f})" if wanted else ""
@@ -141,16 +156,17 @@ def line(name: str, found: dict, goal: Goal) -> str:
     aim = f" ({goal.surface_mm})" if goal.surface_mm else ""
     cells.append(f"{take['surface_mm']:.2f}{aim}".ljust(12))
     cells.append(f"{found['wander_mm']:.2f} ({goal.wander_mm})".ljust(12))
-    cells.append(weights_cell(weights, goal))
+    cells.append(weights_cell(found, goal))
     return " ".join(cells) + (f"\n{'':12s}" + scan_line(found["scan"]) if "scan" in found else "")
 
 
-def weights_cell(weights: dict | None, goal: Goal) -> str:
-    """Mean absolute error of the ARKit weights beside that of all zeros."""
-    if not weights:
+def weights_cell(found: dict, goal: Goal) -> str:
+    """Mean absolute error of the ARKit weights beside that of all zeros, and of MediaPipe's scores."""
+    if not (weights := found.get("weights")):
         return "no ARKit names"
     zeros = weights["of_zeros"]
-    return f"{weights['mean_abs_error']:.3f}, zeros {zeros:.3f} ({goal.weights_of_zeros * zeros:.3f})"
+    peers = f", MediaPipe {found['mediapipe']:.3f}" if "mediapipe" in found else ""
+    return f"{weights['mean_abs_error']:.3f}, zeros {zeros:.3f} ({goal.weights_of_zeros * zeros:.3f}){peers}"
 
 
 def scan_line(found: dict) -> str:
