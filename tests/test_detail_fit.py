@@ -6,7 +6,7 @@ import pytest
 from detail_patch import bent, patch, training, wrinkled
 from mien.detail.base_mesh import BaseConfig
 from mien.detail.disk.maps import read_detail, write_detail
-from mien.detail.fit import DetailConfig, HighPass, fit_detail, texel_mm
+from mien.detail.fit import DetailConfig, HighPass, fit_detail
 from mien.detail.polynomial import PolynomialConfig
 from mien.detail.synthesize import SynthesisConfig, Synthesizer
 from mien.detail.texture_space import texels
@@ -105,6 +105,21 @@ def test_markers_of_another_unit_and_frames_without_skin_are_one_line():
         fit_detail(replace(whole, clips=away), replace(SMALL, medium_size=16))
 
 
+def test_maps_stay_within_what_they_are_in_training(model):
+    """However far the markers go; and in training nothing is held back."""
+    clips = training()
+    seen = [model.domain.vectors(model.head.aligned(clip.markers)) for clip in clips.clips]
+    shown = np.stack([model.medium.driven.values(frame) for frame in np.concatenate(seen)])
+    free = replace(model.medium.polynomial, limits=None)
+    expected = [free.evaluate(model.medium.field.parameters(frame)) for frame in np.concatenate(seen)]
+    np.testing.assert_allclose(shown, expected, atol=1e-4)
+    rng = np.random.default_rng(0)
+    for _ in range(3):
+        found = model.medium.driven.values(50 * rng.normal(size=(25, 5)))
+        assert (found >= shown.min(axis=0) - 1e-4).all()
+        assert (found <= shown.max(axis=0) + 1e-4).all()
+
+
 def test_high_pass_takes_a_ramp_out_and_keeps_a_ripple():
     grid = texels(patch(), 96)
     row, column = np.divmod(grid.pixels, 96)
@@ -112,10 +127,6 @@ def test_high_pass_takes_a_ramp_out_and_keeps_a_ripple():
     np.testing.assert_allclose(HighPass(grid, 5.0)(0.1 * column)[inner], 0, atol=1e-3)
     ripple = np.cos(2 * np.pi * column / 6)
     np.testing.assert_allclose(HighPass(grid, 5.0)(ripple)[inner], ripple[inner], atol=0.01)
-
-
-def test_texels_have_their_size():
-    assert texel_mm(patch(), 64) == pytest.approx(60 / 0.9 / 64 * 1.06, rel=0.05)
 
 
 def test_wrinkles_are_what_the_patch_says():

@@ -32,8 +32,21 @@ def test_colour_follows_the_squeeze_and_no_dot_is_left_also_from_disk(model, tmp
         for frame, red in ((0, 0.6), (-1, 0.8)):
             found = colours(learnt, frame)
             np.testing.assert_allclose(np.median(found, axis=0), [red, 0.4, 0.3], atol=0.02)
+            assert np.abs(found[:, 0] - red).mean() < 0.01
             np.testing.assert_allclose(found[:, 1], 0.4, atol=0.01)
     assert 0 < model.reflectance.polynomial.seen.mean() < 1
+
+
+def test_no_deformation_draws_a_colour_that_was_not_seen(model, tmp_path):
+    """Squeezed and sheared farther than any clip, without the rein on d1 and d2: skin was 0.6 to 0.8 in red."""
+    write_detail(tmp_path, model)
+    for learnt in (model, read_detail(tmp_path)):
+        far = 40 * np.random.default_rng(0).normal(size=(len(learnt.reference), 5))
+        free = replace(learnt.reflectance.polynomial, limits=None).evaluate(learnt.reflectance.field.parameters(far))
+        assert np.abs(free).max() > 1
+        found = learnt.reflectance.driven.values(far)
+        assert (found >= [0.595, 0.395, 0.295]).all()
+        assert (found <= [0.805, 0.405, 0.305]).all()
 
 
 def test_dots_stay_where_they_are_not_taken_out():

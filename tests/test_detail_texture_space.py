@@ -8,6 +8,7 @@ from mien.detail.texture_space import (
     resampling,
     sample,
     tangent_frames,
+    texel_mm,
     texels,
     texture_gradients,
     with_gutter,
@@ -81,3 +82,7 @@ def test_resampling_reads_a_ramp_as_sampling_does():
     uv = np.einsum("pc,pcd->pd", fine.attachment.barycentric, mesh.uv[mesh.faces[fine.attachment.faces]])
     expected = sample(with_gutter(coarse.image(ramp)), uv)
     np.testing.assert_allclose(resampling(mesh, coarse, fine) @ ramp, expected, atol=1e-4)
+
+
+def test_texels_have_their_size():
+    assert texel_mm(patch(), 64) == pytest.approx(60 / 0.9 / 64 * 1.06, rel=0.05)

@@ -39,7 +39,9 @@ def scattered(points=9000):
     forms = rng.normal(size=(6, 2, 6)).astype(np.float32)
     weights = rng.dirichlet(np.ones(3), points).astype(np.float32).T[:2].copy()
     runs = np.concatenate([[0], np.flatnonzero(np.diff(triangle)) + 1, [points]]).astype(np.int32)
-    return forms, runs, triangle, weights, rng.normal(size=(3, 6, points)).astype(np.float32)
+    planes = rng.normal(size=(3, 8, points)).astype(np.float32)
+    planes[:, 6:] = np.sort(planes[:, 6:], axis=1)
+    return forms, runs, triangle, weights, planes
 
 
 def test_parameter_fields_agree_with_their_twin():

@@ -6,7 +6,7 @@ import subprocess
 import numpy as np
 import pytest
 
-from detail_patch import bent, marker_places, patch, training
+from detail_patch import bent, marker_places, painted, patch, training
 from mien.detail.base_mesh import BaseConfig
 from mien.detail.drive import Drive
 from mien.detail.fit import DetailConfig, fit_detail
@@ -23,7 +23,7 @@ FLAGS = ("--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-
 
 @pytest.fixture(scope="module")
 def played():
-    model = fit_detail(training(), SMALL)
+    model = fit_detail(painted(training()), SMALL)
     mesh, at = patch(), marker_places(patch())
     still = np.stack([at.points(mesh.with_vertices(bent(mesh.vertices, 0.05 * i, 0.03 * i))) for i in range(5)])
     return model, Drive(model.head.aligned(still), Transform.identity(5), np.zeros(25))
@@ -49,18 +49,26 @@ def test_the_page_is_whole_and_small(played, tmp_path):
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine (Debian: apt install chromium)")
 def test_the_shader_finds_what_the_library_finds(played, tmp_path):
-    """Places and fine heights of every vertex, read back from a float target, against the CPU's."""
+    """Places, fine heights and albedo of every vertex, read back from a float target, against the CPU's."""
     model, drive = played
     write_detail_page(tmp_path / "page", model, drive, 30.0)
-    profile = f"--user-data-dir={tmp_path / 'profile'}"
-    address = f"{(tmp_path / 'page' / 'index.html').as_uri()}#check=4"
-    shown = subprocess.run([CHROMIUM, *FLAGS, profile, address], capture_output=True, text=True, timeout=120).stdout
-    found = re.search(r'id="readback">([^<]+)<', shown)
-    assert found, shown[-2000:]
-    texels = np.frombuffer(base64.b64decode(found[1]), "<f4").reshape(-1, 4)[: len(model.base.vertices)]
+    texels = read_back(tmp_path, "check=4")[: len(model.base.vertices)]
     made = Synthesizer(model, SynthesisConfig(fine_map=False)).frame(drive.positions[4])
     np.testing.assert_allclose(texels[:, :3], made.vertices, atol=0.1)
     assert np.sqrt(((texels[:, :3] - made.vertices) ** 2).mean()) < 0.01
     vectors = model.domain.vectors(drive.positions)[4]
     expected = at_vertices(model.fine, Synthesizer(model)._medium.field, model.base.uv).values(vectors)[:, 0]
     np.testing.assert_allclose(texels[:, 3], expected, atol=2e-3)
+    colours = read_back(tmp_path, "albedo=4")[: len(model.base.vertices), :3]
+    assert np.ptp(made.colors[:, 0]) > 0.05
+    np.testing.assert_allclose(colours, made.colors, atol=0.02)
+
+
+def read_back(folder, asked):
+    """What the page's shader finds, four numbers a vertex."""
+    address = f"{(folder / 'page' / 'index.html').as_uri()}#{asked}"
+    profile = f"--user-data-dir={folder / 'profile'}"
+    shown = subprocess.run([CHROMIUM, *FLAGS, profile, address], capture_output=True, text=True, timeout=120).stdout
+    found = re.search(r'id="readback">([^<]+)<', shown)
+    assert found, shown[-2000:]
+    return np.frombuffer(base64.b64decode(found[1]), "<f4").reshape(-1, 4)

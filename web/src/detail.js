@@ -17,8 +17,8 @@ function fourth(values, kind) {
   return out;
 }
 
-function ready(texture, type, filter, format = THREE.RGBAFormat) {
-  Object.assign(texture, { type, format, minFilter: filter, magFilter: filter, needsUpdate: true });
+function ready(texture, type, filter) {
+  Object.assign(texture, { type, format: THREE.RGBAFormat, minFilter: filter, magFilter: filter, needsUpdate: true });
   return texture;
 }
 
@@ -52,16 +52,16 @@ class DetailPage {
   uniforms() {
     const { D } = this, values = {}, layers = (text, count) => ready(new THREE.DataArrayTexture(fourth(floats(text), Float32Array), D.width, D.rows, count), THREE.FloatType, THREE.NearestFilter);
     values.modes = layers(D.modes_texture, 3 * (D.modes + 1));
-    values.coefficients = layers(D.coefficients, 6);
+    values.coefficients = layers(D.coefficients, 8);
     for (const name of ["fine", "medium"]) {
       const half = new Uint16Array(bytes(D[name])), size = D[`${name}_size`], split = 4 * size * size;
       values[`${name}4`] = ready(new THREE.DataTexture(half.subarray(0, split), size, size), THREE.HalfFloatType, THREE.LinearFilter);
-      values[`${name}2`] = ready(new THREE.DataTexture(half.subarray(split), size, size), THREE.HalfFloatType, THREE.LinearFilter, THREE.RGFormat);
+      values[`${name}2`] = ready(new THREE.DataTexture(half.subarray(split), size, size), THREE.HalfFloatType, THREE.LinearFilter);
     }
-    const size = D.reflectance ? D.medium_size : 1, colours = D.reflectance ? fourth(new Uint16Array(bytes(D.reflectance)), Uint16Array) : new Uint16Array(24);
-    values.reflectance = ready(new THREE.DataArrayTexture(colours, size, size, 6), THREE.HalfFloatType, THREE.LinearFilter);
+    const size = D.reflectance ? D.medium_size : 1, colours = D.reflectance ? fourth(new Uint16Array(bytes(D.reflectance)), Uint16Array) : new Uint16Array(32);
+    values.reflectance = ready(new THREE.DataArrayTexture(colours, size, size, 8), THREE.HalfFloatType, THREE.LinearFilter);
     values.forms = ready(new THREE.DataTexture(new Float32Array(12 * D.triangles), 3, D.triangles), THREE.FloatType, THREE.NearestFilter);
-    Object.assign(values, { amount: new Float32Array(D.modes), fine: 1, medium: 1, light: 0, fields: false, colours: false, readback: false });
+    Object.assign(values, { amount: new Float32Array(D.modes), fine: 1, medium: 1, light: 0, fields: false, colours: false, readback: 0 });
     return Object.fromEntries(Object.entries(values).map(([name, value]) => [name, { value }]));
   }
 
@@ -85,13 +85,14 @@ class DetailPage {
     this.renderer.render(this.scene, this.camera);
   }
 
-  // Every vertex's place and fine height as the shader finds them, one texel each: what tests compare with the library.
-  check(frame) {
+  // Every vertex's place and fine height (1), or albedo (2), as the shader finds them, one texel each: what tests compare
+  // with the library.
+  check(frame, what) {
     const { D, renderer } = this, target = new THREE.WebGLRenderTarget(D.width, D.rows, { type: THREE.FloatType, minFilter: THREE.NearestFilter, magFilter: THREE.NearestFilter });
     const geometry = this.face.geometry.clone().setIndex(null), points = new THREE.Points(geometry, this.material);
     points.frustumCulled = false;
     this.show(frame);
-    this.material.uniforms.readback.value = true;
+    this.material.uniforms.readback.value = what;
     renderer.setRenderTarget(target);
     renderer.render(new THREE.Scene().add(points), this.camera);
     const out = new Float32Array(4 * D.width * D.rows);
@@ -104,11 +105,11 @@ class DetailPage {
     input("frame").max = D.frames - 1;
     input("controls").addEventListener("submit", (event) => event.preventDefault());
     input("frame").addEventListener("input", () => { input("play").checked = false; });
-    const asked = location.hash.match(/check=(\d+)/), still = location.hash.match(/frame=(\d+)/);
+    const asked = location.hash.match(/(check|albedo)=(\d+)/), still = location.hash.match(/frame=(\d+)/);
     if (asked) {
       const found = document.createElement("pre");
       found.id = "readback";
-      found.textContent = this.check(Number(asked[1]));
+      found.textContent = this.check(Number(asked[2]), asked[1] === "check" ? 1 : 2);
       document.body.replaceChildren(found);
       return;
     }

@@ -2,7 +2,8 @@
 const COMMON = `
 precision highp float; precision highp int; precision highp sampler2DArray; precision highp sampler2D;
 // eq. 1 with coefficients (d1^2, d2^2, d1 d2, d1, d2, 1)
-float polynomial(vec2 d, vec4 a, vec2 b) { return (a.x*d.x + a.z*d.y + a.w)*d.x + (a.y*d.y + b.x)*d.y + b.y; }
+// and after them the least and the greatest that it comes to in training
+float polynomial(vec2 d, vec4 a, vec4 b) { return clamp((a.x*d.x + a.z*d.y + a.w)*d.x + (a.y*d.y + b.x)*d.y + b.y, b.z, b.w); }
 float[6] powers(vec2 d) { return float[](d.x*d.x, d.y*d.y, d.x*d.y, d.x, d.y, 1.0); }
 `;
 
@@ -10,12 +11,12 @@ export const detailVertex = (D) => `${COMMON}
 in vec3 place;                        // triangle of the coarse mesh, two barycentric weights
 in vec2 uv;
 uniform sampler2DArray modes;         // layers: rest and modes of the position, then of dP/du, then of dP/dv
-uniform sampler2DArray coefficients;  // of the medium map, six layers of (u, v, n)
+uniform sampler2DArray coefficients;  // of the medium map, six layers of (u, v, n), then least and greatest
 uniform sampler2D forms;              // 3 texels a triangle: d1 and d2 as quadratic forms in the weights
 uniform float amount[${D.modes}];
 uniform mat4 projectionMatrix, viewMatrix;
 uniform float medium;
-uniform bool readback;
+uniform int readback;                 // 0: a picture; 1: places and heights, 2: albedo, a texel a vertex
 out vec3 spot, normal; out vec2 at, d;
 vec3 sum(int first) {
   ivec2 texel = ivec2(gl_VertexID % ${D.width}, gl_VertexID / ${D.width});
@@ -36,10 +37,11 @@ void main() {
   float power[6] = powers(d);
   vec3 offset = vec3(0);
   for (int m = 0; m < 6; m++) offset += power[m] * texelFetch(coefficients, ivec3(texel, m), 0).xyz;
+  offset = clamp(offset, texelFetch(coefficients, ivec3(texel, 6), 0).xyz, texelFetch(coefficients, ivec3(texel, 7), 0).xyz);
   spot = shell + medium * (offset.x * u + offset.y * cross(n, u) + offset.z * n);
   normal = n; at = uv;
   gl_Position = projectionMatrix * viewMatrix * vec4(spot, 1);
-  if (readback) {
+  if (readback > 0) {
     gl_Position = vec4(2.0 * (vec2(texel) + 0.5) / vec2(${D.width}, ${D.rows}) - 1.0, 0, 1);
     gl_PointSize = 1.0;
   }
@@ -48,9 +50,10 @@ void main() {
 export const detailFragment = `${COMMON}
 in vec3 spot, normal; in vec2 at, d;
 uniform sampler2D fine4, fine2, medium4, medium2;
-uniform sampler2DArray reflectance;   // six layers of linear (r, g, b)
+uniform sampler2DArray reflectance;   // six layers of linear (r, g, b), then the least and greatest
 uniform float fine, medium, light;
-uniform bool fields, readback, colours;
+uniform bool fields, colours;
+uniform int readback;
 uniform mat4 viewMatrix;
 layout(location = 0) out vec4 color;
 vec3 albedo(vec2 st) {
@@ -58,13 +61,14 @@ vec3 albedo(vec2 st) {
   float power[6] = powers(d);
   vec3 total = vec3(0);
   for (int m = 0; m < 6; m++) total += power[m] * texture(reflectance, vec3(st, float(m))).rgb;
+  total = clamp(total, texture(reflectance, vec3(st, 6.0)).rgb, texture(reflectance, vec3(st, 7.0)).rgb);
   return clamp(total, 0.0, 1.0);
 }
 void main() {
   vec2 st = vec2(at.x, 1.0 - at.y);
-  float height = polynomial(d, texture(fine4, st), texture(fine2, st).xy);
-  if (readback) { color = vec4(spot, height); return; }
-  float relief = fine * height + medium * polynomial(d, texture(medium4, st), texture(medium2, st).xy);
+  float height = polynomial(d, texture(fine4, st), texture(fine2, st));
+  if (readback > 0) { color = readback == 1 ? vec4(spot, height) : vec4(albedo(st), 1); return; }
+  float relief = fine * height + medium * polynomial(d, texture(medium4, st), texture(medium2, st));
   vec3 px = dFdx(spot), py = dFdy(spot), n = normalize(normal);
   vec3 across = cross(py, n), up = cross(n, px);
   float area = dot(px, across);

@@ -85,10 +85,11 @@ def parameter_fields(forms, triangle, weights, out):
 
 @no_type_check
 @nb.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
-def _evaluate_plane(d1, d2, k0, k1, k2, k3, k4, k5, out):
+def _evaluate_plane(d1, d2, k0, k1, k2, k3, k4, k5, least, greatest, out):
     """One channel of eq. 1 over points that lie side by side."""
     for p in range(out.shape[0]):
-        out[p] = (k0[p] * d1[p] + k2[p] * d2[p] + k3[p]) * d1[p] + (k1[p] * d2[p] + k4[p]) * d2[p] + k5[p]
+        free = (k0[p] * d1[p] + k2[p] * d2[p] + k3[p]) * d1[p] + (k1[p] * d2[p] + k4[p]) * d2[p] + k5[p]
+        out[p] = min(max(free, least[p]), greatest[p])
 
 
 @no_type_check
@@ -105,8 +106,8 @@ def _form_at(f0, f1, f2, f3, f4, f5, a, b, out):
 def evaluate_runs(forms, runs, triangle, weights, planes, out):
     """`parameter_fields` and the six terms of eq. 1 in one go: the loop that a live synthesis spends its time in.
 
-    runs (r + 1,): points between two entries lie in one triangle; planes (c, 6, p); out (c, p). Parameters of a piece
-    of the list stay in the cache until the coefficients come by.
+    runs (r + 1,): points between two entries lie in one triangle; planes (c, 8, p): the coefficients, and the least and
+    greatest that comes of them; out (c, p). Parameters of a piece of the list stay in the cache until they come by.
     """
     points, r = out.shape[1], 0
     d = np.empty((2, PIECE), np.float32)
@@ -126,4 +127,5 @@ def evaluate_runs(forms, runs, triangle, weights, planes, out):
         for c in range(out.shape[0]):
             k = planes[c]
             _evaluate_plane(d[0, :n], d[1, :n], k[0, first:last], k[1, first:last], k[2, first:last],
-                            k[3, first:last], k[4, first:last], k[5, first:last], out[c, first:last])  # fmt: skip
+                            k[3, first:last], k[4, first:last], k[5, first:last], k[6, first:last],
+                            k[7, first:last], out[c, first:last])  # fmt: skip

@@ -33,9 +33,9 @@ def parameter_fields(forms, triangle, weights, out):
 
 
 def evaluate_runs(forms, runs, triangle, weights, planes, out):
-    """`parameter_fields`, then the six terms of eq. 1."""
+    """`parameter_fields`, then the six terms of eq. 1, held between the last two planes."""
     d = np.empty((len(triangle), 2), np.float32)
     parameter_fields(forms, triangle, weights, d)
     found = np.empty(out.T.shape, np.float32)
-    evaluate(planes.transpose(2, 1, 0), d, np.array([[2, 0], [0, 2], [1, 1], [1, 0], [0, 1], [0, 0]]), found)
-    out[:] = found.T
+    evaluate(planes[:, :6].transpose(2, 1, 0), d, np.array([[2, 0], [0, 2], [1, 1], [1, 0], [0, 1], [0, 0]]), found)
+    out[:] = np.clip(found.T, planes[:, 6], planes[:, 7])

@@ -9,6 +9,7 @@ from jaxtyping import Float, Int
 
 from ..errors import BadInput
 from ..mesh import Attachment, Mesh, adjacency
+from ..solve.hull import hulls, nearest_in_hulls
 from .marker_mesh import MarkerMesh
 
 SIZE = 5
@@ -56,18 +57,18 @@ class Domain:
     """Share of the deformation that the first 1 to 5 directions hold, averaged over the markers (table 1)."""
     replaced: int
     """Markers whose bases smoothing replaced."""
-    limits: Float[np.ndarray, "2 k 2"]
-    """Least and greatest d1 and d2 at each marker over the training frames and the neutral, mm."""
+    trained: Float[np.ndarray, "k e 2"]
+    """Convex hull, at each marker, of d1 and d2 over the training frames and the neutral, mm."""
 
     def vectors(self, positions: Float[np.ndarray, "frames k 3"]) -> Float[np.ndarray, "frames k 5"]:
-        """`deformation_vectors` that go no farther along Q and R than in training.
+        """`deformation_vectors` whose d1 and d2 lie between those of training: the nearest there in place of others.
 
-        Beyond what it was fitted to a polynomial of few frames goes anywhere; there the detail stays as it was at the
-        end of the range.
+        Beyond what it was fitted to a polynomial of few frames goes anywhere, and a d1 of one expression beside a d2 of
+        another is beyond.
         """
         free = deformation_vectors(self.strains, positions)
         d = np.einsum("tka,kad->tkd", free, self.bases)
-        return free + np.einsum("tkd,kad->tka", np.clip(d, *self.limits) - d, self.bases)
+        return free + np.einsum("tkd,kad->tka", nearest_in_hulls(d, self.trained) - d, self.bases)
 
 
 def marker_strains(
@@ -166,8 +167,8 @@ def fit_domain(strains: Strains, coarse: MarkerMesh, vectors: Float[np.ndarray, 
     bases = agreeing_planes(coarse, directions[:, :, :2], total)
     smooth, replaced = smooth_bases(coarse, bases, strains.config)
     d = np.einsum("tka,kad->tkd", vectors, smooth)
-    limits = np.stack([d.min(axis=0, initial=0.0), d.max(axis=0, initial=0.0)])
-    return Domain(strains, coarse, smooth, energies, replaced, limits)
+    trained = hulls(np.concatenate([d, np.zeros_like(d[:1])]))
+    return Domain(strains, coarse, smooth, energies, replaced, trained)
 
 
 def agreeing_planes(

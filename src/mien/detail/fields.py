@@ -1,6 +1,7 @@
 """d1 and d2 over the surface, and the maps that they drive: one call a frame (Ma et al. 2008, eq. 1 and 3)."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -62,7 +63,7 @@ class DrivenMap:
     def __init__(self, field: ParameterField, polynomial: PolynomialMap):
         self.field, self.polynomial = field, polynomial
         quadratic = polynomial.order == QUADRATIC
-        planes = polynomial.coefficients.transpose(2, 1, 0) if quadratic else np.empty((0, 0, 0))
+        planes = polynomial.with_limits().transpose(2, 1, 0) if quadratic else np.empty((0, 0, 0))
         self._planes = np.ascontiguousarray(planes, np.float32)
 
     def values(self, vectors: Float[np.ndarray, "k 5"]) -> Float32[np.ndarray, "p c"]:
@@ -91,6 +92,18 @@ class DetailMap:
     def driven(self) -> DrivenMap:
         """The map laid out for evaluation."""
         return DrivenMap(self.field, self.polynomial)
+
+
+def within_training(
+    field: ParameterField, polynomial: PolynomialMap, vectors: Sequence[Float[np.ndarray, "k 5"]]
+) -> PolynomialMap:
+    """The map held to the values that it has in the frames of training, given by their deformation vectors."""
+    driven = DrivenMap(field, replace(polynomial, limits=None))
+    least = greatest = driven.values(vectors[0])
+    for frame in vectors[1:]:
+        values = driven.values(frame)
+        least, greatest = np.minimum(least, values), np.maximum(greatest, values)
+    return replace(polynomial, limits=np.ascontiguousarray(np.stack([least, greatest], 1)))
 
 
 def parameter_field(domain: Domain, mesh: Mesh, attachment: Attachment, points: Attachment) -> ParameterField:

@@ -7,16 +7,16 @@ from jaxtyping import Float
 from scipy import ndimage
 
 from ..errors import BadInput
-from ..mesh import Attachment, Mesh, closest_point, face_areas
+from ..mesh import Attachment, Mesh, closest_point
 from ..progress import SILENT, Progress
 from .base_mesh import BaseConfig, BaseMesh, base_mesh
 from .domain import Domain, DomainConfig, deformation_vectors, fit_domain, marker_strains
-from .fields import DetailMap, parameter_field
+from .fields import DetailMap, parameter_field, within_training
 from .marker_mesh import marker_mesh
 from .polynomial import PolynomialConfig, PolynomialFit, PolynomialMap
 from .reflectance import ReflectanceConfig, coloured_clips, fit_reflectance
 from .sampling import sampler
-from .texture_space import Texels, resampling, texture_gradients
+from .texture_space import Texels, resampling, texel_mm, texture_gradients
 from .thin_shell import ShellConfig, ThinShell, thin_shell
 from .training import HeadMarkers, TrainingSet, aligned_frames
 
@@ -134,12 +134,13 @@ def _fit_medium(training, base, shell, attachment, domain, config: DetailConfig,
     """Sec. 4.2: three channels, each fitted by itself."""
     at = sampler(training, base, shell, config.medium_size, config.farthest_mm)
     drive = parameter_field(domain, base.mesh, attachment, at.texels.attachment)
-    fit = PolynomialFit(len(at.texels.pixels), 3, config.medium)
+    fit, shown = PolynomialFit(len(at.texels.pixels), 3, config.medium), []
     for number, aligned in enumerate(aligned_frames(training), 1):
         vectors = deformation_vectors(domain.strains, aligned.markers[None])[0]
         fit.add(drive.parameters(vectors), at.displacement(aligned))
+        shown.append(vectors)
         progress.update("medium map", number, len(training))
-    polynomial = fit.solve()
+    polynomial = within_training(drive, fit.solve(), shown)
     return _with_errors(at.texels, drive, polynomial, fit, config)
 
 
@@ -151,14 +152,16 @@ def _fit_fine(
     drive = parameter_field(domain, base.mesh, attachment, at.texels.attachment)
     resampled = resampling(base.mesh, medium.texels, at.texels)
     high_pass = HighPass(at.texels, config.high_pass_mm / texel_mm(base.mesh, config.fine_size))
-    fit = PolynomialFit(len(at.texels.pixels), 1, config.fine)
+    fit, shown = PolynomialFit(len(at.texels.pixels), 1, config.fine), []
     for number, aligned in enumerate(aligned_frames(training), 1):
         vectors = deformation_vectors(domain.strains, aligned.markers[None])[0]
         explained = medium.driven.values(vectors)[:, 2]
         left = at.displacement(aligned)[:, 2] - resampled @ explained
         fit.add(drive.parameters(vectors), high_pass(left)[:, None])
+        shown.append(vectors)
         progress.update("fine map", number, len(training))
-    return _with_errors(at.texels, drive, fit.solve(), fit, config)
+    polynomial = within_training(drive, fit.solve(), shown)
+    return _with_errors(at.texels, drive, polynomial, fit, config)
 
 
 def _fit_reflectance(
@@ -169,9 +172,8 @@ def _fit_reflectance(
     clips = coloured_clips(training) if config.learn else ()
     if not clips:
         return None
-    on_training = base.on_training(medium.texels.attachment)
     seen = replace(training, clips=clips)
-    return fit_reflectance(seen, training.head, domain, medium, on_training, config, progress)
+    return fit_reflectance(seen, training.head, domain, base, medium, config, progress)
 
 
 class HighPass:
@@ -192,14 +194,6 @@ class HighPass:
 
     def _blur(self, image: np.ndarray) -> np.ndarray:
         return ndimage.gaussian_filter(image, self.sigma, truncate=BLUR_REACH)
-
-
-def texel_mm(mesh: Mesh, size: int) -> float:
-    """Mean side of a texel on the surface, mm."""
-    assert mesh.uv is not None
-    area = face_areas(mesh.vertices, mesh.faces).sum()
-    flat = np.column_stack([mesh.uv, np.zeros(len(mesh.uv))])
-    return float(np.sqrt(area / face_areas(flat, mesh.faces).sum()) / size)
 
 
 def _with_errors(grid, drive, polynomial: PolynomialMap, fit: PolynomialFit, config: DetailConfig) -> DetailMap:

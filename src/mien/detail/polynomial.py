@@ -16,6 +16,8 @@ EXPONENTS: dict[int, Int[np.ndarray, "m 2"]] = {
 """Powers of d1 and d2 of every term, by order; of the second, in the order of eq. 1."""
 CHUNK = 1 << 16
 """Texels whose systems are solved at a time."""
+OUT_OF_REACH = 6e4
+"""A value that no map comes to, and that 16 bits still hold."""
 
 
 @dataclass(frozen=True)
@@ -43,12 +45,22 @@ class PolynomialMap:
     order: int
     seen: Bool[np.ndarray, " p"]
     """False at texels that no training frame showed: their coefficients are 0, or filled in from round them."""
+    limits: Float32[np.ndarray, "p 2 c"] | None = None
+    """Least and greatest value at each texel in training, between which the map stays; None: it may go on."""
 
     def evaluate(self, parameters: Float32[np.ndarray, "p 2"]) -> Float32[np.ndarray, "p c"]:
         """The map's values under d1, d2 at every texel (eq. 1)."""
         out = np.empty((len(parameters), self.coefficients.shape[2]), np.float32)
         polymap.evaluate(self.coefficients, parameters, EXPONENTS[self.order], out)
-        return out
+        return out if self.limits is None else np.clip(out, self.limits[:, 0], self.limits[:, 1])
+
+    def with_limits(self) -> Float32[np.ndarray, "p m_2 c"]:
+        """The coefficients and after them the limits, out of reach where there are none."""
+        limits = self.limits
+        if limits is None:
+            ends = np.array([-OUT_OF_REACH, OUT_OF_REACH], np.float32)[:, None]
+            limits = np.broadcast_to(ends, (len(self.coefficients), 2, self.coefficients.shape[2]))
+        return np.concatenate([self.coefficients, limits], 1)
 
 
 class PolynomialFit:

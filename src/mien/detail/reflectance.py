@@ -1,16 +1,18 @@
 """Reflectance that changes with the expression: the same polynomials for albedo, dots taken out (sec. 4.2, 6)."""
 
-from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy.sparse as sp
 from jaxtyping import Bool, Float
+from scipy.sparse.linalg import splu
 from scipy.spatial import cKDTree
 
-from ..mesh import Attachment
 from ..progress import SILENT, Progress
+from .base_mesh import BaseMesh
 from .domain import Domain, deformation_vectors
-from .fields import DetailMap
+from .fields import DetailMap, DrivenMap, ParameterField
 from .polynomial import PolynomialConfig, PolynomialFit, PolynomialMap
 from .sampling import interpolated
 from .texture_space import Texels, with_gutter
@@ -45,25 +47,27 @@ def fit_reflectance(
     training: TrainingSet,
     head: HeadMarkers,
     domain: Domain,
+    base: BaseMesh,
     medium: DetailMap,
-    on_training: Attachment,
     config: ReflectanceConfig = ReflectanceConfig(),
     progress: Progress = SILENT,
 ) -> DetailMap:
     """Three channels of linear albedo as functions of d1 and d2.
 
     A texel under a dot is left out of its frame: it is learnt from frames in which the dot lies elsewhere, and where
-    there is none its coefficients are its surroundings', and `seen` is False. Frames without colours teach nothing.
+    there are too few from its surroundings, and `seen` is False. Frames without colours teach nothing. Of a deformation
+    that no clip showed a polynomial may say green: no channel leaves the range that was seen there, or beside a dot.
 
     Args:
         medium: on whose texels the colours are learnt.
-        on_training: those texels on the training topology (`BaseMesh.on_training`).
 
     Raises:
         BadInput: fewer than two frames with colours.
     """
     grid, field = medium.texels, medium.field
-    fit = PolynomialFit(len(grid.pixels), 3, config.polynomial)
+    on_training = base.on_training(grid.attachment)
+    fit, shown = PolynomialFit(len(grid.pixels), 3, config.polynomial), []
+    least, greatest = np.full((2, len(grid.pixels), 3), np.nan, np.float32)
     for number, aligned in enumerate(aligned_frames(training, head), 1):
         progress.update("reflectance", number, len(training))
         if aligned.colors is None:
@@ -73,10 +77,14 @@ def fit_reflectance(
         colors[under_dots(skin, aligned.markers, config.dot_radius_mm)] = np.nan
         vectors = deformation_vectors(domain.strains, aligned.markers[None])[0]
         fit.add(field.parameters(vectors), colors)
+        shown.append(vectors)
+        beside = grid.of_image(with_gutter(grid.image(colors))).astype(np.float32)
+        least, greatest = np.fmin(least, beside), np.fmax(greatest, beside)
     known = fit.share >= LEAST_SHOWN
-    learnt = replace(fit.solve(), seen=known)
+    learnt = replace(fit.solve(), seen=known, limits=np.stack([least, greatest], 1))
     error = np.where(known, fit.rms(learnt), np.nan)
-    return DetailMap(grid, field, inpainted(grid, learnt), error, np.zeros(len(known), bool))
+    whole = with_covered(grid, field, learnt, shown, config.polynomial)
+    return DetailMap(grid, field, whole, error, np.zeros(len(known), bool))
 
 
 def under_dots(
@@ -94,26 +102,63 @@ def under_dots(
     return hidden
 
 
-def inpainted(grid: Texels, learnt: PolynomialMap) -> PolynomialMap:
-    """Texels that no frame showed take the coefficients round them: the nearest's first, then smoothed over."""
-    unknown = ~learnt.seen
-    if not unknown.any() or unknown.all():
+def with_covered(
+    grid: Texels, field: ParameterField, learnt: PolynomialMap, shown: Sequence[Float[np.ndarray, "k 5"]],
+    config: PolynomialConfig,
+) -> PolynomialMap:  # fmt: skip
+    """Texels that too few frames showed are learnt from what lies round them in each frame of training.
+
+    From its surroundings a texel cannot take coefficients, which mean something under their own d1 and d2 alone.
+
+    Args:
+        shown: deformation vectors of those frames.
+    """
+    open_ = ~learnt.seen
+    if not open_.any() or open_.all():
         return learnt
-    image = grid.image(np.where(learnt.seen[:, None, None], learnt.coefficients, np.nan))
-    image = with_gutter(image)
-    open_ = np.zeros((grid.size, grid.size), bool)
-    open_.flat[grid.pixels[unknown]] = True
-    rows, columns = np.nonzero(open_)
-    for _ in range(RELAXATIONS):
-        image[rows, columns] = sum(image[r, c] for r, c in _around(rows, columns, grid.size)) / 4
-    coefficients = np.ascontiguousarray(grid.of_image(image), np.float32)
-    return replace(learnt, coefficients=coefficients)
+    driven, fill = DrivenMap(field, learnt), HarmonicFill(grid, learnt.seen)
+    fit = PolynomialFit(int(open_.sum()), 3, config)
+    least, greatest = np.full((2, int(open_.sum()), 3), np.nan, np.float32)
+    for vectors in shown:
+        colors = fill(driven.values(vectors))
+        fit.add(field.parameters(vectors)[open_], colors)
+        least, greatest = np.fmin(least, colors), np.fmax(greatest, colors)
+    assert learnt.limits is not None
+    coefficients, limits = learnt.coefficients.copy(), learnt.limits.copy()
+    coefficients[open_] = fit.solve().coefficients
+    limits[open_] = np.stack([least, greatest], 1)
+    return replace(learnt, coefficients=coefficients, limits=limits)
 
 
-RELAXATIONS = 60
-"""Rounds of averaging over filled texels: a dot is some twenty texels wide."""
+class HarmonicFill:
+    """Values at unknown texels from the known ones round them: each the mean of its four neighbours."""
+
+    def __init__(self, grid: Texels, known: Bool[np.ndarray, " p"]):
+        joined = _four_neighbours(grid)
+        open_ = np.flatnonzero(~known)
+        own = joined[open_][:, open_] - sp.diags(joined[open_].sum(axis=1).A1 + TO_NEAREST)
+        self._known, self._beside = known, sp.csr_matrix(joined[open_][:, np.flatnonzero(known)])
+        numbers = grid.image(np.where(known, np.arange(len(known)), np.nan))
+        self._nearest = grid.of_image(with_gutter(numbers)).astype(np.int64)[open_]
+        self._factor = splu(sp.csc_matrix(-own))
+
+    def __call__(self, values: Float[np.ndarray, "p c"]) -> Float[np.ndarray, "j c"]:
+        """At the unknown texels alone."""
+        pull = self._beside @ values[self._known] + TO_NEAREST * values[self._nearest]
+        return self._factor.solve(np.asarray(pull, float))
 
 
-def _around(rows: np.ndarray, columns: np.ndarray, size: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    for down, right in ((1, 0), (-1, 0), (0, 1), (0, -1)):
-        yield np.clip(rows + down, 0, size - 1), np.clip(columns + right, 0, size - 1)
+TO_NEAREST = 1e-4
+"""Weight of the nearest known texel beside four neighbours' of 1: islands that touch none take its value."""
+
+
+def _four_neighbours(grid: Texels) -> sp.csr_matrix:
+    """(p, p): 1 where two texels on the surface share a side."""
+    numbers = np.full(grid.size**2, -1)
+    numbers[grid.pixels] = np.arange(len(grid.pixels))
+    image = numbers.reshape(grid.size, grid.size)
+    pairs = [(image[:, :-1].ravel(), image[:, 1:].ravel()), (image[:-1].ravel(), image[1:].ravel())]
+    i, j = (np.concatenate(side) for side in zip(*pairs, strict=True))
+    both = (i >= 0) & (j >= 0)
+    half = sp.csr_matrix((np.ones(both.sum()), (i[both], j[both])), shape=(len(grid.pixels),) * 2)
+    return sp.csr_matrix(half + half.T)

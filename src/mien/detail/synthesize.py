@@ -158,11 +158,22 @@ def at_vertices(detail: DetailMap, field: ParameterField, uv: Float[np.ndarray, 
     shares[alone] = 1.0
     shares = (shares / shares.sum(axis=1, keepdims=True)).astype(np.float32)
     known = detail.polynomial.coefficients
-    read = sum(share[:, None, None] * known[column] for share, column in zip(shares.T, texels.T, strict=True))
+    read = _mean_of(known, texels, shares)
+    limits = None if detail.polynomial.limits is None else _mean_of(detail.polynomial.limits, texels, shares)
     triangle = np.where(alone, detail.field.triangle[nearest], field.triangle)
     weights = np.where(alone, detail.field.weights[:, nearest], field.weights)
-    polynomial = PolynomialMap(np.ascontiguousarray(read), detail.polynomial.order, np.ones(len(uv), bool))
+    polynomial = PolynomialMap(read, detail.polynomial.order, np.ones(len(uv), bool), limits)
     return DrivenMap(replace(field, triangle=triangle, weights=np.ascontiguousarray(weights)), polynomial)
+
+
+def _mean_of(
+    values: Float32[np.ndarray, "p m c"], texels: Int[np.ndarray, "n 4"], shares: Float32[np.ndarray, "n 4"]
+) -> Float32[np.ndarray, "n m c"]:
+    """Of each point's four texels, by their shares."""
+    mean = np.zeros((len(texels), *values.shape[1:]), np.float32)
+    for share, column in zip(shares.T, texels.T, strict=True):
+        mean += share[:, None, None] * values[column]
+    return mean
 
 
 def _apart(field: ParameterField, of_map: ParameterField, texels: Int[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:

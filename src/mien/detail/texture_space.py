@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float, Int
 from scipy import ndimage
 
 from ..errors import BadInput
-from ..mesh import Attachment, Mesh, SurfaceImage, unroll_face
+from ..mesh import Attachment, Mesh, SurfaceImage, face_areas, unroll_face
 
 UNROLL_PIXEL_MM = 0.5
 """Scale at which a face is unrolled before its layout is stretched to the unit square; any will do."""
@@ -66,6 +66,14 @@ def texels(mesh: Mesh, size: int) -> Texels:
     if not len(seen):
         raise BadInput("texture space: no texel shows the surface; are the texture coordinates in 0..1?")
     return Texels(size, seen, Attachment(image.faces.ravel()[seen], image.barycentric.reshape(-1, 3)[seen]))
+
+
+def texel_mm(mesh: Mesh, size: int) -> float:
+    """Mean side of a texel on the surface, mm."""
+    assert mesh.uv is not None
+    area = face_areas(mesh.vertices, mesh.faces).sum()
+    flat = np.column_stack([mesh.uv, np.zeros(len(mesh.uv))])
+    return float(np.sqrt(area / face_areas(flat, mesh.faces).sum()) / size)
 
 
 def texture_gradients(mesh: Mesh) -> tuple[sp.csr_matrix, sp.csr_matrix]:

@@ -6,10 +6,10 @@ import numpy as np
 from jaxtyping import Float, Int, UInt8
 
 from ..detail.fields import parameter_field
-from ..detail.fit import DetailConfig, DetailModel, HighPass, texel_mm
+from ..detail.fit import DetailConfig, DetailModel, HighPass
 from ..detail.sampling import Sampler
 from ..detail.synthesize import SynthesisConfig, Synthesizer, coloured, vertex_attachment
-from ..detail.texture_space import Texels
+from ..detail.texture_space import Texels, texel_mm
 from ..detail.training import Aligned, Clip, HeadMarkers, TrainingSet
 from ..mesh import Mesh, loop_subdivide
 from ..pictures import Renderer, View, colors_of, contact_sheet, frontal_camera

@@ -67,7 +67,7 @@ def page_data(model: DetailModel, drive: Drive, rate: float) -> dict:
     forms = np.stack([field.forms(frame) for frame in vectors])
     rows = -(-len(base.vertices) // WIDTH)
     driven = at_vertices(model.medium, field, base.uv)
-    field, medium = driven.field, driven.polynomial.coefficients
+    field, medium = driven.field, driven.polynomial.with_limits()
     fine = model.fine or model.medium
     return {
         "vertices": len(base.vertices), "width": WIDTH, "rows": rows, "rate": rate, "frames": len(forms),
@@ -104,19 +104,20 @@ def _in_rows(layers: np.ndarray, rows: int) -> np.ndarray:
 
 
 def _map_texture(detail: DetailMap, channel: int | None) -> str:
-    """Four coefficients a texel, then two, 16-bit; unreliable texels take their surroundings'. None: zeros."""
+    """Four coefficients a texel, then two and the limits, 16-bit; unreliable ones take what is round them. None: 0."""
     size = detail.texels.size
-    planes = np.zeros((size, size, 6), np.float16)
+    planes = np.zeros((size, size, 8), np.float16)
     if channel is not None:
-        read = np.where(detail.unreliable[:, None], np.nan, detail.polynomial.coefficients[:, :, channel])
-        read = detail.polynomial.coefficients[:, :, channel] if np.isnan(read).all() else read
+        known = detail.polynomial.with_limits()[:, :, channel]
+        read = np.where(detail.unreliable[:, None], np.nan, known)
+        read = known if np.isnan(read).all() else read
         planes = with_gutter(detail.texels.image(read)).astype(np.float16)
     return _packed(np.concatenate([planes[..., :4].ravel(), planes[..., 4:].ravel()]), np.float16)
 
 
 def _color_texture(reflectance: DetailMap) -> str:
-    """Six layers of red, green and blue coefficients, 16-bit."""
-    image = with_gutter(reflectance.texels.image(reflectance.polynomial.coefficients))
+    """Six layers of red, green and blue coefficients, then least and greatest, 16-bit."""
+    image = with_gutter(reflectance.texels.image(reflectance.polynomial.with_limits()))
     return _packed(image.transpose(2, 0, 1, 3), np.float16)
 
 

@@ -1,6 +1,7 @@
 """Detail on disk: a folder with the base mesh, coefficient maps as EXR with named channels, and `detail.json`."""
 
 import json
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
@@ -26,6 +27,8 @@ MEDIUM_CHANNELS, FINE_CHANNELS = ("u", "v", "n"), ("n",)
 """Components of a map's values, mm, in the base's local frame."""
 REFLECTANCE_CHANNELS = ("r", "g", "b")
 """Linear albedo."""
+LIMITS = ("least", "greatest")
+"""Value of a map in training, where it keeps between them."""
 
 
 def write_detail(folder: str | Path, model: DetailModel, half: bool = False) -> None:
@@ -33,8 +36,8 @@ def write_detail(folder: str | Path, model: DetailModel, half: bool = False) -> 
 
     Channels are `a0.u` and so on: the coefficient of eq. 1 and the component, beside the surface those of the nearest
     texel on it. `error` is the rms residual in mm. `seen` is 0 where no training frame showed the texel (coefficients
-    and error are 0 there) and beside the surface; `unreliable` is 1 there. No channel holds a NaN. `half` stores 16-bit
-    coefficients.
+    and error are 0 there) and beside the surface; `unreliable` is 1 there. `least.r` and so on: between what the
+    reflectance lies in training. No channel holds a NaN. `half` stores 16-bit coefficients.
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
@@ -58,7 +61,7 @@ def write_detail(folder: str | Path, model: DetailModel, half: bool = False) -> 
         "bases": model.domain.bases.tolist(),
         "energies": model.domain.energies.tolist(),
         "replaced": model.domain.replaced,
-        "limits": model.domain.limits.tolist(),
+        "trained": model.domain.trained.tolist(),
         "shell": asdict(model.shell.config),
         "domain": asdict(model.domain.strains.config),
         "medium": _told(model.medium),
@@ -92,8 +95,8 @@ def read_detail(folder: str | Path) -> DetailModel:
         coarse = marker_mesh(base, attachment)
         config = DomainConfig(**record["domain"])
         strains = marker_strains(base, attachment, head.reference, coarse, texture_gradients(base), config)
-        limits = np.array(record["limits"], float).reshape(2, len(bases), 2)
-        domain = Domain(strains, coarse, bases, np.array(record["energies"], float), int(record["replaced"]), limits)
+        trained = np.array(record["trained"], float).reshape(len(bases), -1, 2)
+        domain = Domain(strains, coarse, bases, np.array(record["energies"], float), int(record["replaced"]), trained)
         on = (base, attachment, domain)
         medium = _read_map(folder / "medium.exr", record["medium"], MEDIUM_CHANNELS, *on)
         fine = reflectance = None
@@ -122,30 +125,46 @@ def _record(path: Path) -> dict:
 
 def _write_map(path: Path, detail: DetailMap, names: tuple[str, ...], half: bool) -> None:
     grid, seen = detail.texels, detail.polynomial.seen
-    image = with_gutter(grid.image(detail.polynomial.coefficients))
-    channels = {f"a{m}.{name}": image[..., m, c] for m in range(image.shape[2]) for c, name in enumerate(names)}
+    channels = _as_channels(grid.image(detail.polynomial.coefficients), _terms(detail.polynomial.order), names)
+    if detail.polynomial.limits is not None:
+        channels |= _as_channels(grid.image(detail.polynomial.limits), LIMITS, names)
     error = np.where(seen, detail.error, 0.0)
     for name, values, beside in (("error", error, 0.0), ("seen", seen, 0.0), ("unreliable", detail.unreliable, 1.0)):
         channels[name] = np.nan_to_num(grid.image(values.astype(np.float32)), nan=beside)
     write_exr(path, channels, half)
 
 
+def _terms(order: int) -> list[str]:
+    return [f"a{m}" for m in range(len(EXPONENTS[order]))]
+
+
+def _as_channels(image: np.ndarray, rows: Sequence[str], names: tuple[str, ...]) -> dict[str, np.ndarray]:
+    """An image (h, w, rows, names) by channel, `row.name`, known beyond the surface's rim too."""
+    filled = with_gutter(image)
+    return {f"{row}.{name}": filled[..., r, c] for r, row in enumerate(rows) for c, name in enumerate(names)}
+
+
+def _of_channels(channels: dict[str, np.ndarray], rows: Sequence[str], names: tuple[str, ...]) -> np.ndarray:
+    return np.stack([np.stack([channels[f"{row}.{name}"] for name in names], -1) for row in rows], -2)
+
+
 def _read_map(
     path: Path, record: dict, names: tuple[str, ...], base: Mesh, attachment: Attachment, domain: Domain
 ) -> DetailMap:
     channels, order = read_exr(path), int(record["order"])
-    wanted = [[f"a{m}.{name}" for name in names] for m in range(len(EXPONENTS[order]))]
-    missing = [name for row in wanted for name in row if name not in channels]
+    limited = f"{LIMITS[0]}.{names[0]}" in channels
+    wanted = [f"{row}.{name}" for row in (*_terms(order), *(LIMITS if limited else ())) for name in names]
+    missing = [name for name in wanted if name not in channels]
     size = int(record["size"])
     if missing or channels["error"].shape != (size, size):
         raise BadInput(f"{path}: not the map that detail.json tells of ({size} x {size}, order {order}); fit it anew")
     grid = texels(base, size)
-    image = np.stack([np.stack([channels[name] for name in row], -1) for row in wanted], -2)
-    coefficients = np.ascontiguousarray(grid.of_image(image))
+    coefficients = np.ascontiguousarray(grid.of_image(_of_channels(channels, _terms(order), names)))
+    limits = np.ascontiguousarray(grid.of_image(_of_channels(channels, LIMITS, names))) if limited else None
     seen = (
         grid.of_image(channels["seen"]) > 0.5 if "seen" in channels else np.isfinite(grid.of_image(channels["error"]))
     )
     error = np.where(seen, grid.of_image(channels["error"]), np.nan)
-    polynomial = PolynomialMap(np.nan_to_num(coefficients), order, seen)
+    polynomial = PolynomialMap(np.nan_to_num(coefficients), order, seen, limits)
     unreliable = grid.of_image(channels["unreliable"]) > 0.5
     return DetailMap(grid, parameter_field(domain, base, attachment, grid.attachment), polynomial, error, unreliable)

@@ -101,12 +101,16 @@ def _carried(
     mesh, grid = at.shell.mesh, at.texels
     uv = warp(_uv(mesh, grid.attachment))
     driven = at_vertices(detail, parameter_field(domain, mesh, attachment, grid.attachment), uv)
-    coefficients = driven.polynomial.coefficients
-    coefficients[:, -1] = np.nan_to_num(own)
+    coefficients, limits = driven.polynomial.coefficients, driven.polynomial.limits
+    own_rest = np.nan_to_num(own).astype(np.float32)
+    if limits is not None:
+        reach = limits - coefficients[:, -1:]
+        limits = own_rest[:, None] + np.stack([np.minimum(reach[:, 0], 0), np.maximum(reach[:, 1], 0)], 1)
+    coefficients[:, -1] = own_rest
     unreliable = sample(with_gutter(detail.texels.image(detail.unreliable.astype(float))), uv) > 0.5
     unreliable |= ~np.isfinite(own).all(axis=1)
     count = len(grid.pixels)
     polynomial = PolynomialMap(
-        np.ascontiguousarray(coefficients, np.float32), detail.polynomial.order, np.ones(count, bool)
+        np.ascontiguousarray(coefficients, np.float32), detail.polynomial.order, np.ones(count, bool), limits
     )
     return DetailMap(grid, driven.field, polynomial, np.zeros(count), unreliable)
