@@ -1,5 +1,7 @@
 """Landmarks on maps."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from blendshape_faces import LAYOUT, face_landmarks, face_mesh
@@ -57,3 +59,16 @@ def test_lips_follow_their_landmarks():
     lip = face.contours["lower_lip"]
     assert np.abs(moved[lip] - true[lip]).mean() < 2 < 8 < np.abs(true[lip]).max()
     assert np.isnan(moved[face.parts["tongue"]]).all()
+
+
+def test_an_edge_whose_landmarks_fell_through_cuts_no_corner():
+    face = load_face()
+    there = face_landmarks(jawOpen=0.6)
+    known = there.known.copy()
+    known[list(EDGES["lower_lip"])[3:6]] = False
+    moved = along_contours(face_mesh().vertices, face.contours, replace(there, known=known), face_landmarks())
+    whole = along_contours(face_mesh().vertices, face.contours, there, face_landmarks())
+    lip = face.contours["lower_lip"]
+    gap = np.isnan(moved[lip, 0])
+    assert 0.2 < gap.mean() < 0.8
+    np.testing.assert_array_equal(moved[lip][~gap], whole[lip][~gap])

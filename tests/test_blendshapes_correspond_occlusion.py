@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from blendshape_faces import LAYOUT, face_landmarks, face_map
-from mien.blendshapes.correspond.occlusion import openings, polygon, skin, wires, without
+from mien.blendshapes.correspond.occlusion import behind_lips, inside_loop, openings, polygon, skin, wires, without
 from mien.landmarks.detector import LOOPS
 
 
@@ -28,8 +28,19 @@ def test_a_mouth_of_which_some_landmarks_fell_through_is_masked_all_the_same():
     marks[list(LOOPS["lips_inner"])[::4]] = np.nan
     assert (openings(face_map("jaw", jawOpen=0.7), marks) & whole).sum() > 0.9 * whole.sum()
     marks[list(LOOPS["lips_inner"])[1:]] = np.nan
-    low = slice(LAYOUT.shape[0] // 2, None)
-    assert not openings(face_map("jaw", jawOpen=0.7), marks)[low].any()
+    assert not inside_loop("lips_inner", marks, LAYOUT.shape).any()
+
+
+def test_teeth_beside_a_loop_that_cuts_corners_are_masked():
+    marks = face_landmarks(jawOpen=0.7).pixels(LAYOUT)
+    whole = openings(face_map("jaw", jawOpen=0.7), marks)
+    lower = list(LOOPS["lips_inner"])[3:8]
+    marks[lower] = np.nan
+    open_mouth = face_map("jaw", jawOpen=0.7)
+    cut = inside_loop("lips_inner", marks, LAYOUT.shape) & whole
+    assert (openings(open_mouth, marks) & whole).sum() > 0.95 * whole.sum() > 1.1 * cut.sum()
+    closed = behind_lips(face_map(), face_landmarks().pixels(LAYOUT))
+    assert closed.sum() < 0.05 * behind_lips(open_mouth, marks).sum()
 
 
 def test_eyes_holes_and_paint_are_no_skin():

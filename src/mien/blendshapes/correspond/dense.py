@@ -14,10 +14,10 @@ from ...flow import FlowConfig, FlowConstraints, optical_flow
 from ...image_space.config import FeatureConfig
 from ...image_space.features import LUMINANCE, detail
 from ...image_space.layout import grid_of, sampled
-from ..cylinder_map import CYLINDER, CylinderMap
+from ..cylinder_map import CylinderMap
 from .landmarks import MapLandmarks, common_landmarks, mouth_opening, opened
 from .matches import MatchConfig, matched_motion
-from .occlusion import outer_lips, skin
+from .occlusion import from_axis, outer_lips, skin
 from .prewarp import prewarp
 
 COLOUR = FeatureConfig(threshold=0.0, saturation=0.15, faint=0.006, broad_mm=8.0, nearby_mm=8.0)
@@ -164,7 +164,7 @@ def features(map_: CylinderMap, mask: Bool[np.ndarray, "h w"], config: WarpConfi
 
 def curvature(map_: CylinderMap, scale_mm: float) -> Float[np.ndarray, "h w"]:
     """Bending of the map's surface, 1/mm: minus the Laplacian of its height over the cylinder, at a scale."""
-    radius = np.hypot(map_.positions[..., 0] - CYLINDER.x, map_.positions[..., 2] - CYLINDER.z).astype(np.float64)
+    radius = from_axis(map_).astype(np.float64)
     sigma = scale_mm / map_.layout.pixel_mm
     known = map_.known.astype(float)
     mean = gaussian_filter(np.nan_to_num(radius), 3 * sigma) / np.maximum(gaussian_filter(known, 3 * sigma), 1e-6)

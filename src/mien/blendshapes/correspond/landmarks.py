@@ -119,14 +119,18 @@ def along_contours(
     source: MapLandmarks,
     neutral: MapLandmarks,
 ) -> Float[np.ndarray, "n 3"]:
-    """How lids and lips moved along their edges (`contours`, of the mesh), by landmarks there; NaN elsewhere, mm."""
+    """How lids and lips moved along their edges (`contours`, of the mesh), by landmarks there; NaN elsewhere, mm.
+
+    Where landmarks of an edge are missing it says nothing: from one side of the gap to the other it would cut a corner.
+    """
     moved = np.full(vertices.shape, np.nan)
+    both = source.known & neutral.known
     for name, members in contours.items():
-        ids = np.array([i for i in EDGES.get(name, ()) if source.known[i] and neutral.known[i]], int)
-        if len(ids) < 3 or not len(members):
+        ids = np.array([i for i in EDGES.get(name, ()) if neutral.known[i]], int)
+        if both[ids].sum() < 3 or not len(members):
             continue
         ids = ids[np.argsort(neutral.points[ids, 0])]
-        steps = source.points[ids] - neutral.points[ids]
+        steps = np.where(both[ids, None], source.points[ids] - neutral.points[ids], np.nan)
         for axis in range(3):
             moved[members, axis] = np.interp(vertices[members, 0], neutral.points[ids, 0], steps[:, axis])
     return moved

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float
 from PIL import Image, ImageDraw
-from scipy.ndimage import binary_dilation, find_objects, grey_opening, label
+from scipy.ndimage import binary_dilation, binary_fill_holes, find_objects, grey_opening, label, maximum_filter
 
 from ...landmarks.detector import LOOPS
 from ..cylinder_map import CYLINDER, HALF_ARC_MM, CylinderMap, filled
@@ -17,6 +17,8 @@ RIM_MM = 0.7
 """The masks reach so far beyond the loops."""
 LEAST_KNOWN = 0.5
 """Of a loop at least this share must be known: beside a mouth wide open some landmarks fall through."""
+RIM_REACH_MM, BEHIND_MM = 2.5, 4.0
+"""What lies so near to a point of the lips and is so much farther in is teeth or tongue: no lip is as steep."""
 
 WIRE_MM, BEFORE_MM = 8.0, 2.5
 """What is thinner than this and stands so far before the face is no skin, if ..."""
@@ -26,11 +28,25 @@ SIDE_DEG = 88.0
 
 
 def openings(map_: CylinderMap, pixels: Float[np.ndarray, "478 2"]) -> Bool[np.ndarray, "h w"]:
-    """Pixels inside the lips and lids, as the landmarks have them."""
-    mask = np.zeros(map_.layout.shape, bool)
+    """Pixels inside the lips and lids, as the landmarks have them, and what is seen behind the lips' rims."""
+    mask = behind_lips(map_, pixels)
     for loop in OPENINGS:
         mask |= inside_loop(loop, pixels, map_.layout.shape)
+    mask = np.asarray(binary_fill_holes(mask))
     return binary_dilation(mask, iterations=max(1, round(RIM_MM / map_.layout.pixel_mm)))
+
+
+def behind_lips(map_: CylinderMap, pixels: Float[np.ndarray, "478 2"]) -> Bool[np.ndarray, "h w"]:
+    """Teeth and tongue beside the inner lips' loop: where landmarks fell through, it cuts corners."""
+    radius = from_axis(map_)
+    side = 1 + 2 * round(RIM_REACH_MM / map_.layout.pixel_mm)
+    nearby = maximum_filter(np.where(map_.known, radius, -np.inf), side)
+    return map_.known & (nearby - radius > BEHIND_MM) & outer_lips(pixels, map_.layout.shape)
+
+
+def from_axis(map_: CylinderMap) -> Float[np.ndarray, "h w"]:
+    """Distance of each pixel's point from the cylinder's axis, mm; NaN where there is none."""
+    return np.hypot(map_.positions[..., 0] - CYLINDER.x, map_.positions[..., 2] - CYLINDER.z)
 
 
 def outer_lips(pixels: Float[np.ndarray, "478 2"], shape: tuple[int, int]) -> Bool[np.ndarray, "h w"]:
@@ -51,8 +67,7 @@ def wires(map_: CylinderMap, pixels: Float[np.ndarray, "478 2"]) -> Bool[np.ndar
     Not round the mouth, whose lips are thin, nor beyond `SIDE_DEG` from the front, where ears are.
     """
     layout, rows = map_.layout, map_.layout.shape[0]
-    radius = np.hypot(map_.positions[..., 0] - CYLINDER.x, map_.positions[..., 2] - CYLINDER.z)
-    whole = filled(radius[..., None])[..., 0]
+    whole = filled(from_axis(map_)[..., None])[..., 0]
     side = max(3, round(WIRE_MM / layout.pixel_mm))
     before = whole - grey_opening(whole, size=(side, side)) > BEFORE_MM
     across = (np.arange(layout.shape[1]) * layout.pixel_mm - HALF_ARC_MM) / CYLINDER.radius
