@@ -21,6 +21,7 @@ from mien.progress import SILENT
 from mien.rig import Performance
 from mien.transforms import Transform
 from mien.viewer.scene_file import read_scene
+from worn_face import under_headset
 
 
 @pytest.fixture
@@ -45,16 +46,23 @@ def session(monkeypatch):
     return built, {"own": clip, "foreign": clip}
 
 
-def test_every_figure_is_drawn_and_stands_in_the_report(session, tmp_path):
+@pytest.fixture
+def worn():
+    """The small rig under a headset."""
+    return under_headset(built_rig().textured.rig)
+
+
+def test_every_figure_is_drawn_and_stands_in_the_report(session, worn, tmp_path):
     built, clips = session
-    figures = draw_figures(built, clips, None)
+    figures = draw_figures(built, clips, None, worn)
     assert set(figures) == set(CAPTIONS)
     assert all(np.ptp(picture) > 50 for picture in figures.values())
     row = {"mean": 0.5, "median": 0.4, "p95": 1.0, "drift median": 0.5, "drift p95": 2.0, "side mean": 0.4}
-    report(tmp_path, {"smile": row}, figures, clips, built)
+    report(tmp_path, {"smile": row}, figures, clips, built, worn)
     page = (tmp_path / "report.html").read_text()
     assert all(f"Figure {number}" in page for number in CAPTIONS)
     assert "0.50 mm" in page
+    assert "of a mean face" in page
     assert "blind" in page
     assert (tmp_path / "figure_9.png").is_file()
 

@@ -24,6 +24,10 @@ COMBINED: dict[str, dict[str, float]] = {
 """Figure 5: expressions of several regions at once, and mouths of speech."""
 PLAYED = ("smile", "brows_up", "jawOpen", "mouthPucker")
 """What the clips go through."""
+WORN = (("smile", "brows_up"), ("jawOpen", "eyes_closed"), ("mouthPucker", "frown"), ("mouthLeft", "brows_up"))
+"""What is played under a headset: a mouth, and what is hidden."""
+WORN_S, WORN_SHARE = 0.5, 0.8
+"""How long an expression takes then, and before; what the head takes of the sensor's pictures."""
 
 
 def demo_blendshapes(folder: Path, seed: int) -> None:
@@ -54,14 +58,17 @@ def demo_blendshapes(folder: Path, seed: int) -> None:
         for name, clip in clips.items():
             write_performance(folder / f"{name}.glb", clip.performance)
         playing(folder, clips, built.textured, progress)
+        worn = under_headset(built, seed, config, progress)
+        write_performance(folder / "headset.glb", worn.driven)
         errors = true_errors(built, actor, face)
-        figures = draw_figures(built, clips, face)
-        report(folder, errors, figures, clips, built)
+        figures = draw_figures(built, clips, face, worn)
+        report(folder, errors, figures, clips, built, worn)
     for line in built.left_out:
         print(line)
     for name, row in errors.items():
         print(f"{name:12} {row['mean']:.2f} mm, drift {row['drift median']:.1f} texels")
-    print(f"{folder}/: captures/  scans/  me.glb  own.glb  own.mp4  foreign.glb  foreign.mp4  figure_*.png")
+    print(f"{folder}/: captures/  scans/  me.glb  own.glb  own.mp4  foreign.glb  foreign.mp4")
+    print(f"{folder}/: headset.glb  figure_*.png")
     print(f"{folder}/index.html plays both; {folder}/report.html tells how near they are")
     print(f"next: mien view {folder}/own.glb --textured {folder}/me.glb")
 
@@ -114,6 +121,17 @@ def driven(actor, built, seed: int, foreign: bool, progress):
     return Driven(pictures, retarget(tracked.performance, rig, correctives=False).performance)
 
 
+def under_headset(built, seed: int, config, progress):
+    """The rig played by its own person, whose upper face is hidden; without wrinkles, which the small sensor misses."""
+    from ..experiments.blendshapes_stage import EXPRESSIONS, capture_actor
+    from ..experiments.hidden_face import HiddenFaceConfig, hidden_face
+
+    person = capture_actor(seed, replace(config, levels=0))
+    poses = tuple({**EXPRESSIONS[seen], **EXPRESSIONS[hidden]} for seen, hidden in WORN)
+    session = HiddenFaceConfig(each_s=WORN_S, times=1, poses=poses)
+    return hidden_face(person, seed, session, progress, arkit_part(built.textured.rig))
+
+
 def playing(folder: Path, clips, textured, progress) -> None:
     """Both clips as films, and side by side in `index.html`, textures in step."""
     from ..blendshapes.play import textures_of
@@ -156,12 +174,13 @@ def true_errors(built, actor, face) -> dict[str, dict[str, float]]:
     return rows
 
 
-def draw_figures(built, clips, face) -> dict[str, np.ndarray]:
-    """Figures 1 and 3 to 9, by number."""
+def draw_figures(built, clips, face, worn) -> dict[str, np.ndarray]:
+    """Figures 1 and 3 to 10, by number."""
     from ..blendshapes.align import AlignedCapture
     from ..blendshapes.correspond.landmarks import landmarks_on_map
     from ..experiments import blendshapes_figures as draw
     from ..experiments.blendshapes_ways import template_fit
+    from ..experiments.hidden_face import moments
     from ..transforms import Transform
 
     shapes = {shape.name: shape for shape in built.shapes}
@@ -171,22 +190,26 @@ def draw_figures(built, clips, face) -> dict[str, np.ndarray]:
     maps = {"neutral": (built.neutral.map, built.neutral.landmarks), "mouthLeft": (aside.map, marks)}
     names = [shape.name for shape in built.shapes]
     peaks = np.linspace(CALM, CLIP_FRAMES - 1, len(PLAYED) + 2)[1:-1]
-    moments = [int(i) for i in peaks.round()]
+    held = [int(i) for i in peaks.round()]
     textured = built.textured
+    seen = [frame.color for frame in worn.frames]
+    headset = draw.Driven(seen, worn.driven, WORN_SHARE)
     return {
         "1": draw.drift_sheet(built.neutral, aside, aligned, template_fit(aligned, face)),
         "3": draw.landmark_sheet(maps),
         "4": draw.warp_sheet(built.neutral, [shapes["smile"], shapes["jawOpen"]]),
         "5": draw.posed_sheet(textured, COMBINED, 4),
         "6": draw.tracking_sheet(textured.rig, names),
-        "7": draw.puppet_sheet(clips["own"], textured, moments),
-        "8": draw.puppet_sheet(clips["foreign"], textured, moments),
+        "7": draw.puppet_sheet(clips["own"], textured, held),
+        "8": draw.puppet_sheet(clips["foreign"], textured, held),
         "9": draw.shape_sheet(textured.rig, names),
+        "10": draw.puppet_sheet(headset, textured, moments(worn, len(WORN))),
     }
 
 
-def report(folder: Path, errors, figures, clips, built) -> None:
+def report(folder: Path, errors, figures, clips, built, worn) -> None:
     """Figures as files, and `report.html`, which begins with the face that moves."""
+    from ..experiments.hidden_face import hidden_errors, lower_skin
     from ..pictures import write_png
     from ..reports.page import Report
     from ..viewer.moving_page import moving_page
@@ -202,6 +225,10 @@ def report(folder: Path, errors, figures, clips, built) -> None:
     for number, (title, caption) in CAPTIONS.items():
         write_png(folder / f"figure_{number}.png", figures[number])
         page.heading(f"Figure {number}: {title}").figure(figures[number], caption)
+    rows = [[part, *row.values()] for part, row in hidden_errors(worn).items()]
+    moved, frozen = lower_skin(worn)
+    told = f"Skin of the lower face moves to {moved:.2f} mm from the true one; of a frozen face {frozen:.2f} mm."
+    page.heading("Weights under the headset").table(rows, ("shapes", "rms error", "of zeros", "of a mean face"), told)
     for line in built.left_out:
         page.text(line)
     page.write(folder / "report.html")
@@ -216,4 +243,5 @@ CAPTIONS = {
     "7": ("puppeteering", "The captured person drives their own rig."),
     "8": ("another driver", "Someone else drives it."),
     "9": ("shapes", "Without texture."),
+    "10": ("a headset", "The lower face is tracked by depth; strain gauges in the lining tell brows and lids."),
 }

@@ -1,4 +1,4 @@
-"""Figures 1 and 3 to 9 of Casas et al. 2016 redrawn on the stage."""
+"""Figures 1 and 3 to 10 of Casas et al. 2016 redrawn on the stage."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -155,12 +155,14 @@ class Driven:
 
     pictures: Sequence[Picture]
     performance: Performance
+    head_share: float = HEAD_SHARE
+    """Of a picture's shorter side: what the head takes."""
 
 
 def puppet_sheet(clip: Driven, textured: TexturedRig, numbers: Sequence[int]) -> Picture:
-    """Figures 7 and 8: the driver's pictures over the driven face, at the same moments."""
+    """Figures 7, 8 and 10: the driver's pictures over the driven face, at the same moments."""
     performance = clip.performance
-    above = [resized(middle(clip.pictures[i]), PIXELS) for i in numbers]
+    above = [resized(middle(clip.pictures[i], clip.head_share), PIXELS) for i in numbers]
     view = frontal_camera(textured.rig.neutral, PIXELS, frame=front_of(textured.rig))
     renderer = Renderer(textured.rig.neutral, face_look(textured.rig), textured.rig.texture)
     below = []
@@ -172,10 +174,10 @@ def puppet_sheet(clip: Driven, textured: TexturedRig, numbers: Sequence[int]) ->
     return contact_sheet([*above, *below], None, len(numbers))
 
 
-def middle(picture: Picture) -> Sized:
+def middle(picture: Picture, head_share: float = HEAD_SHARE) -> Sized:
     """The square in the middle of a driver's picture, where the head is."""
     height, width = picture.shape[:2]
-    side = round(HEAD_SHARE * min(height, width))
+    side = round(head_share * min(height, width))
     top, left = (height - side) // 2, (width - side) // 2
     return np.ascontiguousarray(picture[top : top + side, left : left + side])
 

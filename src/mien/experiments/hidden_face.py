@@ -1,6 +1,6 @@
 """Figure 10 of Casas et al. 2016 on the stage: a headset hides the upper face, strain gauges in its lining tell it."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -9,9 +9,10 @@ from jaxtyping import Float
 from ..camera import Camera
 from ..depth import RGBDFrame
 from ..faces.arkit import ARKIT_NAMES
+from ..faces.bundled import load_face
 from ..io.gauge_file import GaugeTable
 from ..progress import SILENT, Progress
-from ..rig import Performance
+from ..rig import Performance, Rig
 from ..stage import (
     FilmConfig,
     HeadMotion,
@@ -21,6 +22,7 @@ from ..stage import (
     Truth,
     film,
     random_performance,
+    score_performance,
     structured_light,
 )
 from ..stage.script.script import ramp
@@ -63,6 +65,8 @@ class HiddenFaceConfig:
     """How often each comes."""
     seconds: float = 6.0
     """Of the take with the headset."""
+    poses: tuple[Mapping[str, float], ...] = ()
+    """What is played in it, one after the other, each as long as one of the calibration; none: what comes by chance."""
     rate: float = 15.0
     gauges: GaugeConfig = GaugeConfig()
     film: FilmConfig = field(
@@ -91,44 +95,80 @@ class HiddenFace:
 
 
 def hidden_face(
-    actor: Performer | Skin, seed: int, config: HiddenFaceConfig = HiddenFaceConfig(), progress: Progress = SILENT
+    actor: Performer | Skin,
+    seed: int,
+    config: HiddenFaceConfig = HiddenFaceConfig(),
+    progress: Progress = SILENT,
+    rig: Rig | None = None,
 ) -> HiddenFace:
-    """Film both takes, personalise and calibrate on the first, track the second and drive its upper face."""
-    seen = _filmed(actor, calibration_weights(config), 2 * seed, config.film, config)
+    """Film both takes, calibrate on the first, track the second and drive its upper face.
+
+    rig: the actor's, of the ARKit shapes; None: the first take is personalised.
+    """
+    seen = _filmed(actor, in_turn(CALIBRATION * config.times, config), 2 * seed, config.film, config)
     played = random_performance(EVERY * config.rate, config.seconds, seed).weights[::EVERY]
+    if config.poses:
+        played = in_turn(config.poses, config)
     worn = _filmed(actor, played, 2 * seed + 1, replace(config.film, worn=("headset",)), config)
     frames, hidden = list(seen.take), list(worn.take)
     whole = replace(seen.take, frames=lambda: iter(frames))
-    person = personalize(whole, progress=progress)
-    calibration = track_take(whole, person.rig, person.landmarks, progress=progress).performance
+    landmarks = None
+    if rig is None:
+        person = personalize(whole, progress=progress)
+        rig, landmarks = person.rig, person.landmarks
+    calibration = track_take(whole, rig, landmarks, progress=progress).performance
     gauges = [_table(staged.truth, config, 2 * seed + i) for i, staged in enumerate((seen, worn))]
     regression = learn_gauges(calibration, *gauges)
     take = replace(worn.take, frames=lambda: iter(hidden))
-    found = track_take(take, person.rig, person.landmarks, config=TrackTakeConfig(hidden="upper"), progress=progress)
+    found = track_take(take, rig, landmarks, config=TrackTakeConfig(hidden="upper"), progress=progress)
     driven = drive_upper(found.performance, regression, gauges[1])
     return HiddenFace(hidden, worn.truth, found.performance, driven, calibration, regression)
 
 
-def upper_errors(truth: Truth, driven: Performance, calibration: Performance) -> dict[str, float]:
-    """Rms distance of the upper shapes' weights from the true ones: of ours, of zeros, of the calibration's mean."""
-    upper = zip(ARKIT_NAMES, upper_shapes(ARKIT_NAMES), strict=True)
-    names = [name for name, there in upper if there and not name.startswith(GAZE)]
+def hidden_errors(found: HiddenFace) -> dict[str, dict[str, float]]:
+    """Rms distance of upper and of lower shapes' weights from the true ones, of zeros and of a mean face."""
+    upper = upper_shapes(ARKIT_NAMES)
+    named = list(zip(ARKIT_NAMES, upper, strict=True))
+    parts = {
+        "upper": [name for name, there in named if there and not name.startswith(GAZE)],
+        "lower": [name for name, there in named if not there],
+    }
+    return {part: weight_errors(found.truth, found.driven, found.calibration, names) for part, names in parts.items()}
+
+
+def lower_skin(found: HiddenFace) -> tuple[float, float]:
+    """How far skin of the lower face is moved wrongly, mean, mm; and in a face that holds the mean expression."""
+    score = score_performance(found.driven, found.truth, load_face().regions["lower"], EVERY)
+    return float(score.expression.mean()), float(score.frozen.mean())
+
+
+def moments(found: HiddenFace, count: int) -> list[int]:
+    """The frame of most expression in each of so many parts of the take, without the calm at its beginning."""
+    strength = found.truth.weights.sum(1)
+    moving = np.arange(np.flatnonzero(strength > 0).min(initial=len(strength) - count), len(strength))
+    return [int(part[strength[part].argmax()]) for part in np.array_split(moving, count)]
+
+
+def weight_errors(
+    truth: Truth, driven: Performance, calibration: Performance, names: Sequence[str]
+) -> dict[str, float]:
+    """Rms distance of some shapes' weights from the true ones: of ours, of zeros, of the calibration's mean."""
     true = truth.weights[:, [ARKIT_NAMES.index(name) for name in names]]
     ways = {
-        "gauges": _columns(driven, names),
+        "ours": _columns(driven, names),
         "zeros": np.zeros_like(true),
         "frozen": np.broadcast_to(_columns(calibration, names).mean(0), true.shape),
     }
     return {way: float(np.sqrt(((weights - true) ** 2).mean())) for way, weights in ways.items()}
 
 
-def calibration_weights(config: HiddenFaceConfig) -> Float[np.ndarray, "frames 52"]:
-    """The expressions in turn, each rising, held and falling."""
+def in_turn(poses: Sequence[Mapping[str, float]], config: HiddenFaceConfig) -> Float[np.ndarray, "frames 52"]:
+    """Expressions one after the other, each rising, held and falling."""
     frames = round(config.each_s * config.rate)
     share = np.arange(frames) / frames
     bump = ramp(share, 0.0, 0.25, 0.4, 0.25)
-    poses = [[pose.get(name, 0.0) for name in ARKIT_NAMES] for pose in CALIBRATION]
-    return np.concatenate([np.outer(bump, pose) for pose in poses * config.times])
+    weights = [[pose.get(name, 0.0) for name in ARKIT_NAMES] for pose in poses]
+    return np.concatenate([np.outer(bump, pose) for pose in weights])
 
 
 def _filmed(actor, played, seed: int, film_config: FilmConfig, config: HiddenFaceConfig) -> StagedFilm:
