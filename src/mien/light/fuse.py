@@ -8,7 +8,8 @@ from scipy import ndimage
 
 from ..camera import Camera
 from ..image_space.window import GaussianWindow
-from .integrate import STEEPEST, GridSolution, log_slopes, on_edges, solve_grid
+from ..solve.grid import GridSolution, solve_grid
+from .integrate import STEEPEST, log_slopes, on_edges
 from .normals import NormalMap
 from .triangulate import DepthMap, pixel_rays, surface_normals
 
