@@ -5,44 +5,57 @@ from typing import no_type_check
 import numba as nb
 import numpy as np
 
-
-@no_type_check
-@nb.njit(cache=True, nogil=True, inline="always")
-def _cost(ratio, precision, table, j, patterns):
-    total = 0.0
-    for k in range(patterns):
-        off = ratio[k] - table[k, j]
-        total += precision[k] * off * off
-    return total
+TURN = 2.0 * np.pi
+C0, C1, C2, C3 = 0.9999999998855528, -19.73920874345372, 64.93938907588553, -85.4566583146736
+C4, C5, C6, C7 = 60.24213133734386, -26.404668182882958, 7.800131427078988, -1.4531123056430946
+"""Powers of t^2 in cos(2 pi t), |t| <= 1/2: a Chebyshev fit, off by 1e-10 at most."""
+S0, S1, S2, S3 = 6.283185307136663, -41.341702218380625, 81.60524742184047, -76.70580021899372
+S4, S5, S6, S7 = 42.057754016921, -15.086565254015207, 3.7813188595600944, -0.6207786922712774
+"""Likewise in sin(2 pi t) / t."""
 
 
 @no_type_check
-@nb.njit(cache=True, nogil=True, error_model="numpy")
-def search_columns(ratios, precisions, table, steps, windows, best, costs):
-    """Each pixel's likeliest entry of the table, narrowed pattern by pattern.
+@nb.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"}, inline="always")
+def cosine_and_sine(angle):
+    """Of an angle, radians, to 1e-10: three times as fast as the library's, which are exact for any."""
+    t = angle / TURN
+    t -= np.floor(t + 0.5)
+    z = t * t
+    cosine = C0 + z * (C1 + z * (C2 + z * (C3 + z * (C4 + z * (C5 + z * (C6 + z * C7))))))
+    sine = t * (S0 + z * (S1 + z * (S2 + z * (S3 + z * (S4 + z * (S5 + z * (S6 + z * S7)))))))
+    return cosine, sine
 
-    ratios, precisions (p, k), 1 / variance; table (k, n): the patterns at even columns, coarse to fine; steps (k,),
-    windows (k,): how far apart and how far round the last estimate the entries lie that level k tries; best (p,) and
-    costs (p,) are written: the entry, and half of minus the log likelihood there by all patterns.
+
+@no_type_check
+@nb.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
+def search_columns(ratios, precisions, tables, steps, windows, best):
+    """Each pixel's likeliest entry of the tables, narrowed pattern by pattern.
+
+    ratios, precisions (p, k), 1 / variance; tables (k, k, n), 32-bit as is the search: for each level the patterns, coarse
+    to fine, at its even columns, `steps` (k,) of the finest's apart; windows (k,): how far round the last estimate level
+    k tries, likewise in the finest's; best (p,) is written, in the finest's too. Level k goes by patterns 0 to k.
     """
-    patterns, n = table.shape
+    levels, patterns, n = tables.shape
+    costs = np.empty(n, tables.dtype)
     for p in range(ratios.shape[0]):
-        at = n // 2
-        low = np.inf
-        for level in range(patterns):
-            low = np.inf
-            centre = at
-            first = max(centre - windows[level], 0)
-            last = min(centre + windows[level], n - 1)
-            j = first
-            while j <= last:
-                cost = _cost(ratios[p], precisions[p], table, j, level + 1)
-                if cost < low:
-                    low = cost
-                    at = j
-                j += steps[level]
+        at = windows[0]
+        for level in range(levels):
+            step = steps[level]
+            first = max((at - windows[level] + step - 1) // step, 0)
+            last = min((at + windows[level]) // step, n - 1)
+            count = last - first + 1
+            costs[:count] = 0.0
+            for k in range(level + 1):
+                ratio, precision = ratios[p, k], precisions[p, k]
+                for i in range(count):
+                    off = ratio - tables[level, k, first + i]
+                    costs[i] += precision * off * off
+            likeliest = 0
+            for i in range(1, count):
+                if costs[i] < costs[likeliest]:
+                    likeliest = i
+            at = (first + likeliest) * step
         best[p] = at
-        costs[p] = low
 
 
 @no_type_check
@@ -52,26 +65,25 @@ def polish_columns(columns, drifts, ratios, contrasts, precisions, rates, shifts
     angle = (column + drift lag) rate + shift.
 
     ratios, contrasts, precisions (p, k); drifts (p,), columns a slot; lags (k,), slots; rates, shifts (k,), radians;
-    sigmas, misfits (p,) are written: the standard deviation, and the mean squared residual in variances.
+    sigmas, misfits (p,) are written: the standard deviation, and the mean squared residual in variances, as the last
+    round's straight lines have it.
     """
     patterns = rates.shape[0]
     for p in range(columns.shape[0]):
         u = columns[p]
-        curvature = 0.0
+        curvature, total = 0.0, 0.0
         for _ in range(rounds):
-            gradient, curvature = 0.0, 0.0
+            gradient, curvature, total = 0.0, 0.0, 0.0
             for k in range(patterns):
-                angle = (u + drifts[p] * lags[k]) * rates[k] + shifts[k]
-                slope = -0.5 * contrasts[p, k] * rates[k] * np.sin(angle)
-                off = ratios[p, k] - (1.0 + contrasts[p, k] * np.cos(angle)) / 2.0
+                cosine, sine = cosine_and_sine((u + drifts[p] * lags[k]) * rates[k] + shifts[k])
+                slope = -0.5 * contrasts[p, k] * rates[k] * sine
+                off = ratios[p, k] - (1.0 + contrasts[p, k] * cosine) / 2.0
                 gradient += precisions[p, k] * slope * off
                 curvature += precisions[p, k] * slope * slope
-            u += min(max(gradient / curvature, -1.0), 1.0)
-        total = 0.0
-        for k in range(patterns):
-            angle = (u + drifts[p] * lags[k]) * rates[k] + shifts[k]
-            off = ratios[p, k] - (1.0 + contrasts[p, k] * np.cos(angle)) / 2.0
-            total += precisions[p, k] * off * off
+                total += precisions[p, k] * off * off
+            step = min(max(gradient / curvature, -1.0), 1.0)
+            u += step
+            total += step * (step * curvature - 2.0 * gradient)
         columns[p] = u
         sigmas[p] = 1.0 / np.sqrt(curvature)
         misfits[p] = total / max(patterns - 1, 1)
@@ -84,7 +96,7 @@ def contrast_moments(columns, drifts, ratios, rates, shifts, lags, moments):
     2 ratio - 1, and its square; shapes as in `polish_columns`."""
     for p in range(columns.shape[0]):
         for k in range(rates.shape[0]):
-            expected = np.cos((columns[p] + drifts[p] * lags[k]) * rates[k] + shifts[k])
+            expected, _ = cosine_and_sine((columns[p] + drifts[p] * lags[k]) * rates[k] + shifts[k])
             moments[p, k, 0] = expected * (2.0 * ratios[p, k] - 1.0)
             moments[p, k, 1] = expected * expected
 
@@ -98,9 +110,9 @@ def drift_moments(columns, drifts, ratios, contrasts, precisions, rates, shifts,
     for p in range(columns.shape[0]):
         weight, first, second, pull, pulled = 0.0, 0.0, 0.0, 0.0, 0.0
         for k in range(patterns):
-            angle = (columns[p] + drifts[p] * lags[k]) * rates[k] + shifts[k]
-            slope = -0.5 * contrasts[p, k] * rates[k] * np.sin(angle)
-            off = ratios[p, k] - (1.0 + contrasts[p, k] * np.cos(angle)) / 2.0
+            cosine, sine = cosine_and_sine((columns[p] + drifts[p] * lags[k]) * rates[k] + shifts[k])
+            slope = -0.5 * contrasts[p, k] * rates[k] * sine
+            off = ratios[p, k] - (1.0 + contrasts[p, k] * cosine) / 2.0
             w = precisions[p, k] * slope * slope
             weight += w
             first += w * lags[k]

@@ -3,33 +3,32 @@
 import numpy as np
 
 
-def search_columns(ratios, precisions, table, steps, windows, best, costs):
-    """Each pixel's likeliest entry of the table, narrowed pattern by pattern."""
-    patterns, n = table.shape
+def search_columns(ratios, precisions, tables, steps, windows, best):
+    """Each pixel's likeliest entry of the tables, narrowed pattern by pattern."""
+    levels, _, n = tables.shape
     for p in range(len(ratios)):
-        at = n // 2
-        low = np.inf
-        for level in range(patterns):
-            first, last = max(at - windows[level], 0), min(at + windows[level], n - 1)
-            tried = np.arange(first, last + 1, steps[level])
-            off = ratios[p, : level + 1, None] - table[: level + 1, tried]
-            cost = (precisions[p, : level + 1, None] * off**2).sum(axis=0)
-            at, low = tried[np.argmin(cost)], cost.min()
-        best[p], costs[p] = at, low
+        at = windows[0]
+        for level, step, window in zip(range(levels), steps, windows, strict=True):
+            tried = np.arange(max(-((window - at) // step), 0), min((at + window) // step, n - 1) + 1)
+            off = ratios[p, : level + 1, None] - tables[level, : level + 1, tried].T
+            at = tried[np.argmin((precisions[p, : level + 1, None] * off**2).sum(axis=0))] * step
+        best[p] = at
 
 
 def polish_columns(columns, drifts, ratios, contrasts, precisions, rates, shifts, lags, rounds, sigmas, misfits):
     """Gauss-Newton from `columns`, which are moved."""
-    curvature, moved = np.zeros(len(columns)), drifts[:, None] * lags
+    curvature, total, moved = np.zeros(len(columns)), np.zeros(len(columns)), drifts[:, None] * lags
     for _ in range(rounds):
         angle = (columns[:, None] + moved) * rates + shifts
         slope = -0.5 * contrasts * rates * np.sin(angle)
         off = ratios - (1 + contrasts * np.cos(angle)) / 2
         curvature = (precisions * slope**2).sum(1)
-        columns += np.clip((precisions * slope * off).sum(1) / curvature, -1, 1)
-    off = ratios - (1 + contrasts * np.cos((columns[:, None] + moved) * rates + shifts)) / 2
+        gradient = (precisions * slope * off).sum(1)
+        step = np.clip(gradient / curvature, -1, 1)
+        columns += step
+        total = (precisions * (off - slope * step[:, None]) ** 2).sum(1)
     sigmas[:] = 1 / np.sqrt(curvature)
-    misfits[:] = (precisions * off**2).sum(1) / max(len(rates) - 1, 1)
+    misfits[:] = total / max(len(rates) - 1, 1)
 
 
 def contrast_moments(columns, drifts, ratios, rates, shifts, lags, moments):

@@ -1,7 +1,7 @@
 """Projector columns from the ratios of sinusoids to the full-on pattern (sec. 3), by maximum likelihood.
 
-The ratio r = (1 + cos(2 pi f u + phi)) / 2 is even in the phase, so one pattern tells u only up to folds. All patterns
-together do: min_u sum_k (r_k - r_k(u))^2 / sigma_k^2, searched coarse to fine, then polished by Gauss-Newton.
+The ratio r = (1 + cos(2 pi f u + phi)) / 2 is even in the phase: one pattern tells u only up to folds, all together do.
+min_u sum_k (r_k - r_k(u))^2 / sigma_k^2, searched coarse to fine, then polished by Gauss-Newton.
 """
 
 from dataclasses import dataclass, replace
@@ -15,12 +15,14 @@ from .._kernels._spread import spread
 from ..errors import BadInput
 from ..image_space.window import GaussianWindow
 from .motion import at_slot
-from .patterns import LightPattern, PatternSet, sinusoid
+from .patterns import LightPattern, PatternSet, sinusoid_tables
 
 MANY_PERIODS = 4.0
 """Patterns with more periods than this show whole ones on a face, so that their contrast can be told."""
 POLISH_ROUNDS = 3, 1
 """Of Gauss-Newton, from an estimate within half an entry of the table; and from the last estimate."""
+SEARCH_STEPS = 24
+"""Entries that are tried in a period of a level's finest pattern."""
 CONTRAST_RANGE = (0.05, 1.2)
 """Of a local contrast."""
 
@@ -140,12 +142,9 @@ def decode_sinusoids(
     typical = float(np.median(found.misfit))
     inside = (found.columns > -0.5) & (found.columns < patterns.width - 0.5)
     sound = (found.misfit < config.worst * max(typical, 1.0)) & inside
-    return Decoded(
-        pixel=masked_image(np.where(sound, found.columns, np.nan), ratios.lit),
-        sigma=masked_image(np.where(sound, found.sigma, np.nan), ratios.lit),
-        contrast=tuple(float(c) for c in np.median(ratios.contrast, axis=0)),
-        misfit=typical,
-    )
+    pixel, sigma = (masked_image(np.where(sound, v, np.nan), ratios.lit) for v in (found.columns, found.sigma))
+    contrast = tuple(float(c) for c in np.median(ratios.contrast, axis=0))
+    return Decoded(pixel, sigma, contrast, typical)
 
 
 def structured_moment(patterns: PatternSet) -> float:
@@ -218,21 +217,21 @@ def contrasts(ratios: Float[np.ndarray, "p k"], waves: tuple[LightPattern, ...])
 def search(ratios: Ratios, config: DecodeConfig) -> Float[np.ndarray, " p"]:
     """The likeliest column of a table, coarse to fine."""
     entries = config.per_pixel * ratios.width
-    pixels = (np.arange(entries) + 0.5) / config.per_pixel - 0.5
-    table = np.stack([sinusoid(wave, pixels, ratios.width) for wave in ratios.waves])
     period = np.array([entries / wave.periods for wave in ratios.waves])
-    steps = np.maximum(period / 16, 1).astype(np.int64)
+    steps = np.maximum(period / SEARCH_STEPS, 1).astype(np.int64)
     windows = np.append(entries, config.fold * period[:-1]).astype(np.int64)
+    tables = sinusoid_tables(ratios.waves, ratios.width, steps, config.per_pixel)
     whole = 0.5 + (ratios.values - 0.5) / ratios.contrast
     precision = 1 / (ratios.variance / ratios.contrast**2 + config.search_sigma**2)
-    best, costs = np.zeros(len(whole), np.int64), np.zeros(len(whole))
+    best = np.zeros(len(whole), np.int64)
 
     def rows(first: int, last: int) -> None:
         p = slice(first, last)
-        kernel.search_columns(whole[p], precision[p], table, steps, windows, best[p], costs[p])
+        told = whole[p].astype(np.float32), precision[p].astype(np.float32)
+        kernel.search_columns(*told, tables, steps, windows, best[p])
 
     spread(rows, len(whole))
-    return pixels[best]
+    return (best + 0.5) / config.per_pixel - 0.5
 
 
 def polish(
@@ -240,12 +239,12 @@ def polish(
 ) -> Polished:
     """Gauss-Newton on all patterns."""
     moved, sigma, misfit = columns.copy(), np.empty_like(columns), np.empty_like(columns)
-    precision, rates, shifts = 1 / ratios.variance, ratios.rates, ratios.shifts
+    precision, waves = 1 / ratios.variance, (ratios.rates, ratios.shifts, ratios.lags)
 
     def rows(first: int, last: int) -> None:
         p = slice(first, last)
-        told = (ratios.values[p], ratios.contrast[p], precision[p], rates, shifts, ratios.lags)
-        kernel.polish_columns(moved[p], drift[p], *told, rounds, sigma[p], misfit[p])
+        told = (ratios.values[p], ratios.contrast[p], precision[p])
+        kernel.polish_columns(moved[p], drift[p], *told, *waves, rounds, sigma[p], misfit[p])
 
     spread(rows, len(columns))
     return Polished(moved, sigma, misfit)

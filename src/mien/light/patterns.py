@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from jaxtyping import Float, Real
+from jaxtyping import Float, Float32, Int, Real
 
 from ..errors import BadInput
 from ..files import existing, whole
@@ -103,6 +103,19 @@ def profile(pattern: LightPattern, size: int) -> Float[np.ndarray, " size"]:
 def sinusoid(pattern: LightPattern, pixel: Real[np.ndarray, "*n"], size: int) -> Float[np.ndarray, "*n"]:
     """(1 + cos(2 pi f u + phi)) / 2, u running from 0 to 1 over the image's edges."""
     return (1 + np.cos(2 * np.pi * pattern.periods * (pixel + 0.5) / size + pattern.phase)) / 2
+
+
+def sinusoid_tables(
+    waves: tuple[LightPattern, ...], size: int, steps: Int[np.ndarray, " levels"], per_pixel: int
+) -> Float32[np.ndarray, "levels k n"]:
+    """All patterns at `per_pixel` entries a pixel, of which each level has every so many; infinite beyond the image."""
+    entries = per_pixel * size
+    tables = np.full((len(steps), len(waves), -(-entries // int(steps.min()))), np.inf, np.float32)
+    for level, step in enumerate(steps):
+        pixels = (np.arange(0, entries, step) + 0.5) / per_pixel - 0.5
+        for k, wave in enumerate(waves):
+            tables[level, k, : len(pixels)] = sinusoid(wave, pixels, size)
+    return tables
 
 
 def bits_of(size: int) -> int:
