@@ -9,7 +9,7 @@ from mien.experiments.light_stage import LightStageConfig, score_capture, staged
 from mien.light.decode_sinusoids import DecodeConfig
 from mien.light.motion import MotionConfig
 from mien.light.patterns import gray_set, phase_set
-from mien.light.pipeline import LightConfig, check_projector, decode_capture
+from mien.light.pipeline import LightConfig, decode_capture, within_light
 from mien.light.triangulate import DepthMap
 from mien.stage import STRANGER, SkinConfig, make_performer, make_skin
 
@@ -109,11 +109,14 @@ def test_each_fault_of_a_whole_capture_is_one_clear_line(still):
             decode_capture(images, still.patterns, rig, COARSE)
 
 
-def test_points_off_the_projectors_planes_are_another_rigs():
+def test_points_off_the_projectors_planes_are_left_out_and_where_most_are_it_is_another_rigs():
     rig = light_scene.rig()
     left = rig.cameras[0]
     seen = light_scene.ball_columns(left, rig.projector)
     truth, _ = light_scene.ball_depth(left)
-    check_projector(DepthMap(truth, np.ones_like(truth)), left, rig.projector, seen)
+    stray = truth.copy()
+    stray[100:104, 80:90] += 12.0
+    kept = within_light(DepthMap(stray, np.ones_like(truth)), left, rig.projector, seen)
+    np.testing.assert_array_equal(np.isfinite(kept.z), np.isfinite(truth) & (stray == truth))
     with pytest.raises(BadInput, match="projector pixels off the patterns"):
-        check_projector(DepthMap(truth * 1.4, np.ones_like(truth)), left, rig.projector, seen)
+        within_light(DepthMap(truth * 1.4, np.ones_like(truth)), left, rig.projector, seen)

@@ -49,7 +49,7 @@ class DecodeConfig:
     """How often. Skin blurs fine patterns more where they fall at a slant. 0: one contrast a pattern, no drift."""
     motion: bool = True
     """Find how columns drift while patterns change (past the paper, which leaves motion in the structured light)."""
-    fold: float = 0.5
+    fold: float = 1.0
     """How far round a level's estimate the next one searches, in periods of the coarser pattern."""
     search_sigma: float = 0.05
     """Standard deviation of a ratio in the search: half a step of its table and unknown room light, far above noise."""

@@ -20,6 +20,7 @@ from .self_check import check_gradients, check_signal
 from .triangulate import (
     DepthMap,
     TriangulateConfig,
+    cleaned,
     pixel_rays,
     surface_normals,
     triangulate_pair,
@@ -29,6 +30,9 @@ from .triangulate import (
 WORST_COLUMNS = 0.003
 """Median distance of points from their planes of light, share of the projector's width, at which a calibration is
 another rig's: a good one leaves 0.0001, a focal length of another lens (a tenth longer) 0.003, swapped cameras 0.02."""
+STRAY_COLUMNS, STRAY = 0.0005, 6.0
+"""A point that is farther than either off its plane of light is left out: share of the projector's width, multiples of
+the median distance."""
 SHAPE_REACH = 3
 """Pixels to either side over which a triangulated surface's normals are taken where light is judged by them."""
 
@@ -156,8 +160,8 @@ def base_geometry(
     if len(views) > 1:
         depth = triangulate_pair(views[0], views[1], decoded[0], decoded[1], config.triangulate)
         if rig.projector is not None:
-            check_projector(depth, views[0], rig.projector, decoded[0])
-        return depth
+            depth = within_light(depth, views[0], rig.projector, decoded[0])
+        return cleaned(depth, views[0].camera, config.triangulate)
     if rig.projector is None:
         raise BadInput(f"{views[0].name}: one camera needs a calibrated projector, and the calibration has none")
     first = shown[0]
@@ -185,11 +189,12 @@ def check_light(depth: DepthMap, light: NormalMap, view: RigView) -> None:
         )
 
 
-def check_projector(depth: DepthMap, view: RigView, projector: RigView, seen: Decoded) -> None:
-    """What two cameras found must lie in the planes of light that a calibrated projector threw.
+def within_light(depth: DepthMap, view: RigView, projector: RigView, seen: Decoded) -> DepthMap:
+    """Without the points that lie off the planes of light which a calibrated projector threw on them: wrong folds of the
+    patterns, and matches across a shadow.
 
     Raises:
-        BadInput: most of it lies far off.
+        BadInput: most points lie far off.
     """
     known = np.isfinite(depth.z) & seen.known
     if not known.any():
@@ -197,15 +202,17 @@ def check_projector(depth: DepthMap, view: RigView, projector: RigView, seen: De
     points = depth.points(view.camera)[known]
     T_projector_view = projector.T_view_rig @ view.T_view_rig.inverse()
     ideal = projector.camera.project(T_projector_view.apply(points))
-    columns = projector.distorted(ideal)[:, 0]
-    off = np.abs(columns - seen.pixel[known])
-    off = np.median(off)
+    off = np.abs(projector.distorted(ideal)[:, 0] - seen.pixel[known])
+    usual = float(np.median(off))
     width = projector.camera.width
-    if off > WORST_COLUMNS * width:
+    if usual > WORST_COLUMNS * width:
         raise BadInput(
-            f"points of the two cameras lie {off:.1f} projector pixels off the patterns on them: "
+            f"points of the two cameras lie {usual:.1f} projector pixels off the patterns on them: "
             "the cameras' pictures are swapped, or the calibration is of another rig"
         )
+    z = depth.z.copy()
+    z[known] = np.where(off < max(STRAY_COLUMNS * width, STRAY * usual), z[known], np.nan)
+    return DepthMap(z, np.where(np.isfinite(z), depth.sigma_mm, np.nan))
 
 
 def columns(images: np.ndarray, patterns: PatternSet, config: DecodeConfig, flow: np.ndarray | None = None) -> Decoded:

@@ -123,7 +123,7 @@ def triangulate_pair(
 ) -> DepthMap:
     """Depth of the left camera's pixels, from equal projector columns along epipolar lines (sec. 3).
 
-    The projector needs no calibration: both cameras see the same light.
+    The projector needs no calibration: both cameras see the same light. Strays are in it still (`cleaned`).
 
     Raises:
         BadInput: hardly any pixel finds its like.
@@ -156,18 +156,16 @@ def triangulate_pair(
     slope = np.abs(np.gradient(columns_left, axis=1))
     blur = resampled(seen_left.sigma, left.camera, pair.left, pair.R_rect_left) / np.maximum(slope, 1e-6) * np.sqrt(2)
     sigma = turned**2 / abs(scale) * blur
-    return _at_pixels(turned, sigma, pair, left.camera, config)
+    return _at_pixels(turned, sigma, pair, left.camera)
 
 
-def _at_pixels(
-    turned: np.ndarray, sigma: np.ndarray, pair: RectifiedPair, camera: Camera, config: TriangulateConfig
-) -> DepthMap:
+def _at_pixels(turned: np.ndarray, sigma: np.ndarray, pair: RectifiedPair, camera: Camera) -> DepthMap:
     """From the turned camera's grid to the camera's own: nearness is interpolated, since it is linear on a plane."""
     rays = pixel_rays(camera) @ pair.R_rect_left.T
     where = pair.left.project(rays)
     at = [where[..., 1], where[..., 0]]
     z = rays[..., 2] ** -1 / ndimage.map_coordinates(1 / turned, at, order=1, cval=np.nan)
-    return cleaned(DepthMap(z, ndimage.map_coordinates(sigma, at, order=1, cval=np.nan)), camera, config)
+    return DepthMap(z, ndimage.map_coordinates(sigma, at, order=1, cval=np.nan))
 
 
 def triangulate_projector(
