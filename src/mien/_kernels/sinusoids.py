@@ -31,11 +31,12 @@ def cosine_and_sine(angle):
 def search_columns(ratios, precisions, tables, steps, windows, best):
     """Each pixel's likeliest entry of the tables, narrowed pattern by pattern.
 
-    ratios, precisions (p, k), 1 / variance; tables (k, k, n), 32-bit as is the search: for each level the patterns, coarse
-    to fine, at its even columns, `steps` (k,) of the finest's apart; windows (k,): how far round the last estimate level
-    k tries, likewise in the finest's; best (p,) is written, in the finest's too. Level k goes by patterns 0 to k.
+    ratios, precisions (p, k), 1 / variance; tables (k, k, n), 32-bit as is the search: for each level the patterns,
+    coarse to fine, at its even columns, `steps` (k,) of the finest's apart; windows (k,): how far round the last
+    estimate level k tries, likewise in the finest's; best (p,) is written, in the finest's too. Level k goes by
+    patterns 0 to k.
     """
-    levels, patterns, n = tables.shape
+    levels, _, n = tables.shape
     costs = np.empty(n, tables.dtype)
     for p in range(ratios.shape[0]):
         at = windows[0]

@@ -190,8 +190,8 @@ def check_light(depth: DepthMap, light: NormalMap, view: RigView) -> None:
 
 
 def within_light(depth: DepthMap, view: RigView, projector: RigView, seen: Decoded) -> DepthMap:
-    """Without the points that lie off the planes of light which a calibrated projector threw on them: wrong folds of the
-    patterns, and matches across a shadow.
+    """Without the points that lie off the planes of light which a calibrated projector threw on them: wrong folds
+    of the patterns, and matches across a shadow.
 
     Raises:
         BadInput: most points lie far off.
