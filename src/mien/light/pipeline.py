@@ -196,13 +196,16 @@ def within_light(depth: DepthMap, view: RigView, projector: RigView, seen: Decod
     Raises:
         BadInput: most points lie far off.
     """
-    known = np.isfinite(depth.z) & seen.known
+    known = np.isfinite(depth.z)
+    known &= seen.known
     if not known.any():
         raise BadInput("no point is left after triangulation: are the pictures in focus, and of this calibration?")
     points = depth.points(view.camera)[known]
     T_projector_view = projector.T_view_rig @ view.T_view_rig.inverse()
     ideal = projector.camera.project(T_projector_view.apply(points))
-    off = np.abs(projector.distorted(ideal)[:, 0] - seen.pixel[known])
+    lit = projector.distorted(ideal)
+    off = lit[:, 0] - seen.pixel[known]
+    off = np.abs(off)
     usual = float(np.median(off))
     width = projector.camera.width
     if usual > WORST_COLUMNS * width:
@@ -210,9 +213,12 @@ def within_light(depth: DepthMap, view: RigView, projector: RigView, seen: Decod
             f"points of the two cameras lie {usual:.1f} projector pixels off the patterns on them: "
             "the cameras' pictures are swapped, or the calibration is of another rig"
         )
-    z = depth.z.copy()
-    z[known] = np.where(off < max(STRAY_COLUMNS * width, STRAY * usual), z[known], np.nan)
-    return DepthMap(z, np.where(np.isfinite(z), depth.sigma_mm, np.nan))
+    most = max(STRAY_COLUMNS * width, STRAY * usual)
+    sound = known.copy()
+    sound[known] = off < most
+    z = np.where(sound, depth.z, np.nan)
+    sigma_mm = np.where(sound, depth.sigma_mm, np.nan)
+    return DepthMap(z, sigma_mm)
 
 
 def columns(images: np.ndarray, patterns: PatternSet, config: DecodeConfig, flow: np.ndarray | None = None) -> Decoded:
