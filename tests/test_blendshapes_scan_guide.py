@@ -1,12 +1,15 @@
 """Guided capture, on a face that is known at every time."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
-from mien.blendshapes.scan.guide import GuideConfig, GuideState, apart, guide, guide_step, yaw_deg
+from mien.blendshapes.scan.guide import POSES, GuideConfig, GuideState, apart, guide, guide_step, yaw_deg
 from mien.camera import Camera
 from mien.depth import RGBDFrame
-from mien.faces import load_face
+from mien.experiments.blendshapes_stage import EXPRESSIONS
+from mien.faces import ARKIT_NAMES, load_face
 from mien.landmarks.detector import Landmarks2D, bundled_landmarks
 from mien.rgbd import RgbdTake
 from mien.rgbd.live import Replay, live_frames
@@ -18,11 +21,17 @@ FACING = Transform(np.diag([1.0, -1.0, -1.0]), np.array([0.0, 0.0, 600.0]))
 """T_camera_face."""
 
 
+@cache
+def landmark_moves():
+    """Landmarks of the face at rest, and what each shape adds."""
+    rig, D = load_face().rig, bundled_landmarks().attachment.matrix(load_face().rig.neutral)
+    return D @ rig.neutral.vertices, np.stack([D @ delta for delta in rig.deltas])
+
+
 def landmarks(turn_deg=0.0, noise=0.0, seed=0, **weights):
     """Landmarks in camera space of a head turned to its left."""
-    rig = load_face().rig
-    mesh = rig.mesh(np.array([weights.get(name, 0.0) for name in rig.names]))
-    points = bundled_landmarks().attachment.points(mesh)
+    rest, moves = landmark_moves()
+    points = rest + np.tensordot([weights.get(name, 0.0) for name in load_face().rig.names], moves, axes=1)
     turned = points @ rotation_from_vector(np.array([0, np.radians(turn_deg), 0])).T
     return FACING.apply(turned) + np.random.default_rng(seed).normal(0, noise, points.shape)
 
@@ -114,3 +123,75 @@ def test_a_recorded_clip_plays_by_the_clock():
     told = list(guide(live_frames(source), camera, Told([camera.project(p) for p in points]), ("neutral",)))
     assert now[0] == pytest.approx((len(told) - 1) / RATE, abs=0.11)
     assert "neutral" in told[0].say
+
+
+class Obedient:
+    """A performer who does what was said a moment ago; `unquiet` changes the weights of a moment."""
+
+    REACTION, TURN, RISE = 4, 3.0, 0.25
+    """Frames until a word is heeded; degrees and share of an expression that a frame brings."""
+
+    def __init__(self, unquiet=lambda weights, i: weights):
+        self.heard, self.unquiet = ["neutral: look straight at the sensor"], unquiet
+        self.yaw, self.weights, self.played = 0.0, dict.fromkeys(ARKIT_NAMES, 0.0), []
+
+    def moment(self, i):
+        """Landmarks of the next moment."""
+        pose, _, word = self.heard[max(0, len(self.heard) - self.REACTION)].partition(":")
+        goal = {name: EXPRESSIONS[pose].get(name, 0.0) for name in ARKIT_NAMES}
+        self.weights = {n: w + np.clip(goal[n] - w, -self.RISE, self.RISE) for n, w in self.weights.items()}
+        side = 25.0 * (("left" in word or "both" in word) - 1.0 * ("right" in word))
+        self.yaw += np.clip(side - self.yaw, -self.TURN, self.TURN)
+        self.played.append((self.yaw, self.unquiet(self.weights, i)))
+        return landmarks(self.yaw, 0.8, i, **self.played[-1][1])
+
+    def session(self, poses=POSES, most=500):
+        """What was told after each frame."""
+        state, told = GuideState(poses), []
+        while state.poses and len(told) < most:
+            i = len(told)
+            state, one = guide_step(state, RGBDFrame(None, DEPTH, i / RATE), self.moment(i), CONFIG)
+            self.heard.append(one.say)
+            told.append(one)
+        return told
+
+
+def test_a_performer_who_obeys_is_captured_in_every_pose():
+    performer = Obedient()
+    told = performer.session()
+    finished = {one.finished: one.frames for one in told if one.finished}
+    assert tuple(finished) == POSES
+    for pose, frames in finished.items():
+        assert frames[-1].time - frames[0].time < CONFIG.longest_s
+        shown = [performer.played[round(frame.time * RATE)] for frame in frames]
+        yaws = np.array([yaw for yaw, _ in shown])
+        assert yaws.min() < -14 < 14 < yaws.max()
+        for name, goal in EXPRESSIONS[pose].items():
+            assert min(weights[name] for _, weights in shown) > 0.7 * goal, (pose, name)
+
+
+def test_a_performer_who_does_not_hold_still_is_told_so_and_captured_once_they_do():
+    until = 60
+
+    def talking(weights, i):
+        return weights if i > until else {**weights, "jawOpen": 0.5 + 0.5 * np.sin(2.0 * i)}
+
+    performer = Obedient(talking)
+    told = performer.session(("neutral", "smile"))
+    words = [one.say for one in told]
+    assert set(words[1:until]) == {"neutral: hold still"}
+    finished = {one.finished: one.frames for one in told if one.finished}
+    assert tuple(finished) == ("neutral", "smile")
+    assert finished["neutral"][0].time > until / RATE
+
+
+def test_whoever_talks_while_turning_is_told_and_those_frames_do_not_count():
+    def talking(weights, i):
+        return {**weights, "jawOpen": 0.8, "mouthFunnel": 0.5} if 12 <= i < 20 else weights
+
+    performer = Obedient(talking)
+    told = performer.session(("neutral",))
+    assert "neutral: hold the expression" in [one.say for one in told[12:20]]
+    frames = next(one.frames for one in told if one.finished == "neutral")
+    shown = [performer.played[round(frame.time * RATE)][1]["jawOpen"] for frame in frames]
+    assert np.mean(np.array(shown) > 0.5) < 0.3
