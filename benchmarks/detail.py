@@ -61,6 +61,12 @@ def accuracy(stage: DetailStage, config: DetailConfig, orders: list[int]) -> Non
     table(fit_detail(stage.training, strain), stage, "strain alone")
     edges = replace(config, domain=replace(config.domain, edge_strain=True))
     table(fit_detail(stage.training, edges), stage, "strain of edges")
+    whole = replace(
+        config,
+        medium=replace(config.medium, whole_deformation=True),
+        fine=replace(config.fine, whole_deformation=True),
+    )
+    table(fit_detail(stage.training, whole), stage, "linear in the whole deformation")
 
 
 def table(model: DetailModel, stage: DetailStage, title: str = "") -> None:

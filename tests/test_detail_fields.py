@@ -19,4 +19,6 @@ def test_at_a_marker_the_parameters_are_its_own_dot_products():
     S = deformation_vectors(domain.strains, (clips.markers * [0.9, 1.05, 1])[None])[0]
     expected = np.einsum("ks,ksd->kd", S, domain.bases)
     np.testing.assert_allclose(field.parameters(S), expected, rtol=1e-3, atol=1e-3)
+    whole = field.parameters(S, whole=True)
+    np.testing.assert_allclose(whole, np.concatenate([expected, S], 1), rtol=1e-3, atol=1e-3)
     assert np.abs(field.parameters(np.zeros((25, 5)))).max() == pytest.approx(0)

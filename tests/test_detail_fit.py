@@ -43,6 +43,17 @@ def test_quadratic_detail_asks_for_quadratic_terms():
     assert errors[2] > 0.5 * errors[1]
 
 
+def test_maps_of_the_whole_deformation_follow_too_and_are_found_again_on_disk(tmp_path):
+    whole = PolynomialConfig(whole_deformation=True)
+    made = fit_detail(training(), replace(SMALL, medium=whole, fine=whole))
+    assert np.median(made.medium.error) < 0.06
+    assert made.medium.polynomial.coefficients.shape[1] == 9
+    write_detail(tmp_path, made)
+    vectors = made.domain.vectors(made.head.aligned(training().clips[0].markers))[-1]
+    for one, two in ((made.medium, read_detail(tmp_path).medium), (made.fine, read_detail(tmp_path).fine)):
+        np.testing.assert_allclose(two.driven.values(vectors), one.driven.values(vectors), atol=1e-3)
+
+
 def test_frames_with_holes_are_left_out_texel_by_texel():
     whole, holed = training(), training()
     clip = holed.clips[0]

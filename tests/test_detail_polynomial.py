@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from mien.detail.polynomial import EXPONENTS, PolynomialConfig, PolynomialFit
+from mien.detail.polynomial import EXPONENTS, PolynomialConfig, PolynomialFit, exponents
 from mien.errors import BadInput
 
 
@@ -22,6 +22,13 @@ def test_a_polynomial_is_found_again(order):
     found = fit.solve()
     np.testing.assert_allclose(found.coefficients, truth, atol=1e-5)
     np.testing.assert_allclose(fit.rms(found), 0, atol=1e-3)
+
+
+def test_the_whole_deformation_takes_the_place_of_linear_terms():
+    """By hand, order 2: three products of d1 and d2, the five entries, and 1."""
+    d1, d2, *entries = values = np.array([2.0, 3.0, 5, 7, 11, 13, 17])
+    found = (values ** exponents(2, whole_deformation=True)).prod(axis=1)
+    np.testing.assert_array_equal(found, [d1**2, d2**2, d1 * d2, *entries, 1])
 
 
 def test_rms_is_what_the_map_leaves():

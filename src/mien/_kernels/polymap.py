@@ -1,4 +1,4 @@
-"""Polynomial maps of two parameters a texel: accumulating their normal equations, and evaluating them."""
+"""Polynomial maps of few parameters a texel: accumulating their normal equations, and evaluating them."""
 
 from typing import no_type_check
 
@@ -11,14 +11,13 @@ PIECE = 4096
 
 @no_type_check
 @nb.njit(cache=True, nogil=True, inline="always")
-def _monomials(d1, d2, exponents, out):
-    """out[m] = d1^a d2^b for every row (a, b) of `exponents`, (m, 2)."""
+def _monomials(d, exponents, out):
+    """out[m] = d[0]^a d[1]^b ... for every row (a, b, ...) of `exponents`, (m, q)."""
     for m in range(exponents.shape[0]):
         value = 1.0
-        for _ in range(exponents[m, 0]):
-            value *= d1
-        for _ in range(exponents[m, 1]):
-            value *= d2
+        for axis in range(exponents.shape[1]):
+            for _ in range(exponents[m, axis]):
+                value *= d[axis]
         out[m] = value
 
 
@@ -28,8 +27,8 @@ def accumulate(gram, linear, count, energy, parameters, values, weights, exponen
     """Add one frame to the normal equations of every texel.
 
     gram (p, m (m + 1) / 2), the upper triangle row by row; linear (p, m, c); count (p,) the sum of weights; energy (p,)
-    that of squared values; parameters (p, 2); values (p, c), NaN where the frame shows nothing; weights (p,), or (1,)
-    where all texels weigh the same; exponents (m, 2).
+    that of squared values; parameters (p, q); values (p, c), NaN where the frame shows nothing; weights (p,), or (1,)
+    where all texels weigh the same; exponents (m, q).
     """
     terms = exponents.shape[0]
     powers = np.empty(terms)
@@ -42,7 +41,7 @@ def accumulate(gram, linear, count, energy, parameters, values, weights, exponen
             continue
         count[p] += weight
         energy[p] += weight * square
-        _monomials(parameters[p, 0], parameters[p, 1], exponents, powers)
+        _monomials(parameters[p], exponents, powers)
         place = 0
         for i in range(terms):
             scaled = weight * powers[i]
@@ -56,11 +55,11 @@ def accumulate(gram, linear, count, energy, parameters, values, weights, exponen
 @no_type_check
 @nb.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
 def evaluate(coefficients, parameters, exponents, out):
-    """out (p, c) = the polynomials of `coefficients` (p, m, c) at `parameters` (p, 2)."""
+    """out (p, c) = the polynomials of `coefficients` (p, m, c) at `parameters` (p, q)."""
     terms = exponents.shape[0]
     powers = np.empty(terms)
     for p in range(coefficients.shape[0]):
-        _monomials(parameters[p, 0], parameters[p, 1], exponents, powers)
+        _monomials(parameters[p], exponents, powers)
         for c in range(coefficients.shape[2]):
             total = 0.0
             for m in range(terms):

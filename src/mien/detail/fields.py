@@ -16,8 +16,6 @@ from .texture_space import Texels
 
 PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 """Products of barycentric weights in a triangle's quadratic form."""
-QUADRATIC = 2
-"""The order that has a compiled loop of its own."""
 
 
 @dataclass(frozen=True)
@@ -44,11 +42,15 @@ class ParameterField:
         product = product + np.triu(product.swapaxes(2, 3), 1)
         return np.stack([product[:, :, a, b] for a, b in PAIRS], axis=2).astype(np.float32)
 
-    def parameters(self, vectors: Float[np.ndarray, "k 5"]) -> Float32[np.ndarray, "p 2"]:
-        """d1 and d2 at the points, mm, under one frame's deformation vectors."""
+    def parameters(self, vectors: Float[np.ndarray, "k 5"], whole: bool = False) -> Float32[np.ndarray, "p q"]:
+        """d1 and d2 at the points, mm, under one frame's deformation vectors; `whole`: and the vectors themselves."""
         out = np.empty((len(self.triangle), 2), np.float32)
         polymap.parameter_fields(self.forms(vectors), self.triangle, self.weights, out)
-        return out
+        if not whole:
+            return out
+        shares = np.concatenate([self.weights, 1 - self.weights.sum(axis=0, keepdims=True)])
+        between = np.einsum("cp,pcs->ps", shares, vectors.astype(np.float32)[self.corners[self.triangle]])
+        return np.concatenate([out, between], 1)
 
     @cached_property
     def runs(self) -> Int32[np.ndarray, " r"]:
@@ -62,14 +64,15 @@ class DrivenMap:
 
     def __init__(self, field: ParameterField, polynomial: PolynomialMap):
         self.field, self.polynomial = field, polynomial
-        quadratic = polynomial.order == QUADRATIC
-        planes = polynomial.with_limits().transpose(2, 1, 0) if quadratic else np.empty((0, 0, 0))
+        quick = polynomial.biquadratic
+        planes = polynomial.with_limits().transpose(2, 1, 0) if quick else np.empty((0, 0, 0))
         self._planes = np.ascontiguousarray(planes, np.float32)
 
     def values(self, vectors: Float[np.ndarray, "k 5"]) -> Float32[np.ndarray, "p c"]:
         """The map's values under one frame's deformation vectors, mm."""
-        if self.polynomial.order != QUADRATIC:
-            return self.polynomial.evaluate(self.field.parameters(vectors))
+        if not self.polynomial.biquadratic:
+            parameters = self.field.parameters(vectors, self.polynomial.whole_deformation)
+            return self.polynomial.evaluate(parameters)
         out = np.empty((len(self._planes), len(self.field.triangle)), np.float32)
         forms = self.field.forms(vectors)
         polymap.evaluate_runs(forms, self.field.runs, self.field.triangle, self.field.weights, self._planes, out)

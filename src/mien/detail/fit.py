@@ -137,7 +137,7 @@ def _fit_medium(training, base, shell, attachment, domain, config: DetailConfig,
     fit, shown = PolynomialFit(len(at.texels.pixels), 3, config.medium), []
     for number, aligned in enumerate(aligned_frames(training), 1):
         vectors = deformation_vectors(domain.strains, aligned.markers[None])[0]
-        fit.add(drive.parameters(vectors), at.displacement(aligned))
+        fit.add(drive.parameters(vectors, config.medium.whole_deformation), at.displacement(aligned))
         shown.append(vectors)
         progress.update("medium map", number, len(training))
     polynomial = within_training(drive, fit.solve(), shown)
@@ -157,7 +157,7 @@ def _fit_fine(
         vectors = deformation_vectors(domain.strains, aligned.markers[None])[0]
         explained = medium.driven.values(vectors)[:, 2]
         left = at.displacement(aligned)[:, 2] - resampled @ explained
-        fit.add(drive.parameters(vectors), high_pass(left)[:, None])
+        fit.add(drive.parameters(vectors, config.fine.whole_deformation), high_pass(left)[:, None])
         shown.append(vectors)
         progress.update("fine map", number, len(training))
     polynomial = within_training(drive, fit.solve(), shown)

@@ -7,6 +7,7 @@ from jaxtyping import Bool, Float, Float32, Int
 
 from .._kernels import polymap
 from ..errors import BadInput
+from .domain import SIZE
 
 EXPONENTS: dict[int, Int[np.ndarray, "m 2"]] = {
     1: np.array([[1, 0], [0, 1], [0, 0]]),
@@ -14,10 +15,23 @@ EXPONENTS: dict[int, Int[np.ndarray, "m 2"]] = {
     3: np.array([[3, 0], [0, 3], [2, 1], [1, 2], [2, 0], [0, 2], [1, 1], [1, 0], [0, 1], [0, 0]]),
 }
 """Powers of d1 and d2 of every term, by order; of the second, in the order of eq. 1."""
+BIQUADRATIC = 2
+"""The order that has a compiled loop of its own."""
 CHUNK = 1 << 16
 """Texels whose systems are solved at a time."""
 OUT_OF_REACH = 6e4
 """A value that no map comes to, and that 16 bits still hold."""
+
+
+def exponents(order: int, whole_deformation: bool = False) -> Int[np.ndarray, "m q"]:
+    """Powers of d1 and d2, or of them and the five entries of the deformation, of every term; the constant is last."""
+    of_two = EXPONENTS[order]
+    if not whole_deformation:
+        return of_two
+    above = of_two[of_two.sum(axis=1) > 1]
+    linear = np.zeros((SIZE + 1, SIZE), int)
+    linear[:SIZE] = np.eye(SIZE, dtype=int)
+    return np.block([[above, np.zeros((len(above), SIZE), int)], [np.zeros((SIZE + 1, 2), int), linear]])
 
 
 @dataclass(frozen=True)
@@ -28,6 +42,8 @@ class PolynomialConfig:
     """1: linear, 3 terms; 2: biquadratic, 6; 3: bicubic, 10."""
     regularisation: float = 0.05
     """sigma of the rows on all coefficients but the constant, unit-free: a term of degree g weighs sigma rms(d)^g."""
+    whole_deformation: bool = False
+    """Linear in all five entries of the deformation in place of d1 and d2 alone (past the paper): three terms more."""
 
     def __post_init__(self):
         if self.order not in EXPONENTS:
@@ -43,15 +59,22 @@ class PolynomialMap:
     coefficients: Float32[np.ndarray, "p m c"]
     """Millimetres by mm^-degree; c channels."""
     order: int
+    """Of the terms in d1 and d2, as in `PolynomialConfig`."""
     seen: Bool[np.ndarray, " p"]
     """False at texels that no training frame showed: their coefficients are 0, or filled in from round them."""
     limits: Float32[np.ndarray, "p 2 c"] | None = None
     """Least and greatest value at each texel in training, between which the map stays; None: it may go on."""
+    whole_deformation: bool = False
 
-    def evaluate(self, parameters: Float32[np.ndarray, "p 2"]) -> Float32[np.ndarray, "p c"]:
-        """The map's values under d1, d2 at every texel (eq. 1)."""
+    @property
+    def biquadratic(self) -> bool:
+        """Eq. 1 as the paper has it."""
+        return self.order == BIQUADRATIC and not self.whole_deformation
+
+    def evaluate(self, parameters: Float32[np.ndarray, "p q"]) -> Float32[np.ndarray, "p c"]:
+        """The map's values (eq. 1) under d1 and d2, and the whole deformation if so made, at every texel."""
         out = np.empty((len(parameters), self.coefficients.shape[2]), np.float32)
-        polymap.evaluate(self.coefficients, parameters, EXPONENTS[self.order], out)
+        polymap.evaluate(self.coefficients, parameters, exponents(self.order, self.whole_deformation), out)
         return out if self.limits is None else np.clip(out, self.limits[:, 0], self.limits[:, 1])
 
     def with_limits(self) -> Float32[np.ndarray, "p m_2 c"]:
@@ -68,7 +91,7 @@ class PolynomialFit:
 
     def __init__(self, points: int, channels: int, config: PolynomialConfig = PolynomialConfig()):
         self.config = config
-        self.exponents = EXPONENTS[config.order]
+        self.exponents = exponents(config.order, config.whole_deformation)
         m = len(self.exponents)
         self._gram = np.zeros((points, m * (m + 1) // 2))
         self._linear = np.zeros((points, m, channels))
@@ -79,11 +102,11 @@ class PolynomialFit:
 
     def add(
         self,
-        parameters: Float[np.ndarray, "p 2"],
+        parameters: Float[np.ndarray, "p q"],
         values: Float[np.ndarray, "p c"],
         weights: Float[np.ndarray, " p"] | None = None,
     ) -> None:
-        """One frame: d1, d2 and what was measured at every texel; NaN, or a weight of 0, where nothing was."""
+        """One frame: parameters and what was measured at every texel; NaN, or a weight of 0, where nothing was."""
         weight = np.ones(1) if weights is None else weights
         d = np.ascontiguousarray(parameters, np.float64)
         polymap.accumulate(self._gram, self._linear, self._count, self._energy, d, values, weight, self.exponents)
@@ -111,7 +134,7 @@ class PolynomialFit:
             gram[:, rows, columns] = gram[:, columns, rows] = self._gram[part]
             gram += self._count[part, None, None] * np.diag(held) + 1e-12 * np.eye(m)
             out[part] = np.linalg.solve(gram, self._linear[part])
-        return PolynomialMap(out, self.config.order, seen)
+        return PolynomialMap(out, self.config.order, seen, whole_deformation=self.config.whole_deformation)
 
     @property
     def share(self) -> Float[np.ndarray, " p"]:

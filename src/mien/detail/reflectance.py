@@ -76,7 +76,7 @@ def fit_reflectance(
         skin = interpolated(aligned.vertices, on_training, training.mesh.faces)
         colors[under_dots(skin, aligned.markers, config.dot_radius_mm)] = np.nan
         vectors = deformation_vectors(domain.strains, aligned.markers[None])[0]
-        fit.add(field.parameters(vectors), colors)
+        fit.add(field.parameters(vectors, config.polynomial.whole_deformation), colors)
         shown.append(vectors)
         beside = grid.of_image(with_gutter(grid.image(colors))).astype(np.float32)
         least, greatest = np.fmin(least, beside), np.fmax(greatest, beside)
@@ -121,7 +121,7 @@ def with_covered(
     least, greatest = np.full((2, int(open_.sum()), 3), np.nan, np.float32)
     for vectors in shown:
         colors = fill(driven.values(vectors))
-        fit.add(field.parameters(vectors)[open_], colors)
+        fit.add(field.parameters(vectors, config.whole_deformation)[open_], colors)
         least, greatest = np.fmin(least, colors), np.fmax(greatest, colors)
     assert learnt.limits is not None
     coefficients, limits = learnt.coefficients.copy(), learnt.limits.copy()

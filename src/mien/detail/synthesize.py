@@ -13,7 +13,6 @@ from ..mesh.subdivide import Refinement
 from ..pictures.color import to_srgb
 from .fields import DetailMap, DrivenMap, ParameterField, parameter_field
 from .fit import DetailModel
-from .polynomial import PolynomialMap
 from .texture_space import four_texels, tangent_frames, texture_gradients
 
 OTHER_MARKERS = 0.75
@@ -162,7 +161,7 @@ def at_vertices(detail: DetailMap, field: ParameterField, uv: Float[np.ndarray, 
     limits = None if detail.polynomial.limits is None else _mean_of(detail.polynomial.limits, texels, shares)
     triangle = np.where(alone, detail.field.triangle[nearest], field.triangle)
     weights = np.where(alone, detail.field.weights[:, nearest], field.weights)
-    polynomial = PolynomialMap(read, detail.polynomial.order, np.ones(len(uv), bool), limits)
+    polynomial = replace(detail.polynomial, coefficients=read, seen=np.ones(len(uv), bool), limits=limits)
     return DrivenMap(replace(field, triangle=triangle, weights=np.ascontiguousarray(weights)), polynomial)
 
 

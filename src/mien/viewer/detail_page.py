@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ..detail.drive import Drive
-from ..detail.fields import QUADRATIC, DetailMap, parameter_field
+from ..detail.fields import DetailMap, parameter_field
 from ..detail.fit import DetailModel
 from ..detail.synthesize import at_vertices, vertex_attachment
 from ..detail.texture_space import texture_gradients, with_gutter
@@ -37,9 +37,9 @@ def write_detail_page(folder: str | Path, model: DetailModel, drive: Drive, rate
         BadInput: maps that are not biquadratic, or a take without frames.
     """
     folder = Path(folder)
-    orders = [m.polynomial.order for m in (model.medium, model.fine, model.reflectance) if m is not None]
-    if set(orders) != {QUADRATIC}:
-        raise BadInput("detail page: its shader evaluates biquadratic maps; fit with order 2")
+    maps = [m for m in (model.medium, model.fine, model.reflectance) if m is not None]
+    if not all(m.polynomial.biquadratic for m in maps):
+        raise BadInput("detail page: its shader evaluates biquadratic maps; fit with order 2, d1 and d2 alone")
     if not len(drive.positions):
         raise BadInput("detail page: the take has no frames")
     folder.mkdir(parents=True, exist_ok=True)

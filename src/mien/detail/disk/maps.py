@@ -16,7 +16,7 @@ from ..domain import Domain, DomainConfig, marker_strains
 from ..fields import DetailMap, parameter_field
 from ..fit import DetailModel
 from ..marker_mesh import marker_mesh
-from ..polynomial import EXPONENTS, PolynomialMap
+from ..polynomial import PolynomialMap, exponents
 from ..texture_space import texels, texture_gradients, with_gutter
 from ..thin_shell import ShellConfig, thin_shell
 from ..training import HeadMarkers
@@ -72,8 +72,11 @@ def write_detail(folder: str | Path, model: DetailModel, half: bool = False) -> 
         temporary.write_text(json.dumps(record) + "\n")
 
 
-def _told(detail: DetailMap | None) -> dict[str, int] | None:
-    return None if detail is None else {"order": detail.polynomial.order, "size": detail.texels.size}
+def _told(detail: DetailMap | None) -> dict[str, int | bool] | None:
+    if detail is None:
+        return None
+    learnt = detail.polynomial
+    return {"order": learnt.order, "whole_deformation": learnt.whole_deformation, "size": detail.texels.size}
 
 
 def read_detail(folder: str | Path) -> DetailModel:
@@ -125,17 +128,19 @@ def _record(path: Path) -> dict:
 
 def _write_map(path: Path, detail: DetailMap, names: tuple[str, ...], half: bool) -> None:
     grid, seen = detail.texels, detail.polynomial.seen
-    channels = _as_channels(grid.image(detail.polynomial.coefficients), _terms(detail.polynomial.order), names)
-    if detail.polynomial.limits is not None:
-        channels |= _as_channels(grid.image(detail.polynomial.limits), LIMITS, names)
+    learnt = detail.polynomial
+    terms = _terms(learnt.order, learnt.whole_deformation)
+    channels = _as_channels(grid.image(learnt.coefficients), terms, names)
+    if learnt.limits is not None:
+        channels |= _as_channels(grid.image(learnt.limits), LIMITS, names)
     error = np.where(seen, detail.error, 0.0)
     for name, values, beside in (("error", error, 0.0), ("seen", seen, 0.0), ("unreliable", detail.unreliable, 1.0)):
         channels[name] = np.nan_to_num(grid.image(values.astype(np.float32)), nan=beside)
     write_exr(path, channels, half)
 
 
-def _terms(order: int) -> list[str]:
-    return [f"a{m}" for m in range(len(EXPONENTS[order]))]
+def _terms(order: int, whole_deformation: bool) -> list[str]:
+    return [f"a{m}" for m in range(len(exponents(order, whole_deformation)))]
 
 
 def _as_channels(image: np.ndarray, rows: Sequence[str], names: tuple[str, ...]) -> dict[str, np.ndarray]:
@@ -151,20 +156,21 @@ def _of_channels(channels: dict[str, np.ndarray], rows: Sequence[str], names: tu
 def _read_map(
     path: Path, record: dict, names: tuple[str, ...], base: Mesh, attachment: Attachment, domain: Domain
 ) -> DetailMap:
-    channels, order = read_exr(path), int(record["order"])
+    channels, order, whole = read_exr(path), int(record["order"]), bool(record.get("whole_deformation"))
+    terms = _terms(order, whole)
     limited = f"{LIMITS[0]}.{names[0]}" in channels
-    wanted = [f"{row}.{name}" for row in (*_terms(order), *(LIMITS if limited else ())) for name in names]
+    wanted = [f"{row}.{name}" for row in (*terms, *(LIMITS if limited else ())) for name in names]
     missing = [name for name in wanted if name not in channels]
     size = int(record["size"])
     if missing or channels["error"].shape != (size, size):
         raise BadInput(f"{path}: not the map that detail.json tells of ({size} x {size}, order {order}); fit it anew")
     grid = texels(base, size)
-    coefficients = np.ascontiguousarray(grid.of_image(_of_channels(channels, _terms(order), names)))
+    coefficients = np.ascontiguousarray(grid.of_image(_of_channels(channels, terms, names)))
     limits = np.ascontiguousarray(grid.of_image(_of_channels(channels, LIMITS, names))) if limited else None
     seen = (
         grid.of_image(channels["seen"]) > 0.5 if "seen" in channels else np.isfinite(grid.of_image(channels["error"]))
     )
     error = np.where(seen, grid.of_image(channels["error"]), np.nan)
-    polynomial = PolynomialMap(np.nan_to_num(coefficients), order, seen, limits)
+    polynomial = PolynomialMap(np.nan_to_num(coefficients), order, seen, limits, whole)
     unreliable = grid.of_image(channels["unreliable"]) > 0.5
     return DetailMap(grid, parameter_field(domain, base, attachment, grid.attachment), polynomial, error, unreliable)

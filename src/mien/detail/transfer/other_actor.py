@@ -13,7 +13,6 @@ from ..base_mesh import base_mesh
 from ..domain import Domain, marker_strains
 from ..fields import DetailMap, parameter_field
 from ..fit import DetailConfig, DetailModel
-from ..polynomial import PolynomialMap
 from ..sampling import Sampler, interpolated, sampler
 from ..synthesize import at_vertices
 from ..texture_space import sample, texture_gradients, with_gutter
@@ -110,7 +109,5 @@ def _carried(
     unreliable = sample(with_gutter(detail.texels.image(detail.unreliable.astype(float))), uv) > 0.5
     unreliable |= ~np.isfinite(own).all(axis=1)
     count = len(grid.pixels)
-    polynomial = PolynomialMap(
-        np.ascontiguousarray(coefficients, np.float32), detail.polynomial.order, np.ones(count, bool), limits
-    )
+    polynomial = replace(driven.polynomial, coefficients=coefficients, limits=limits)
     return DetailMap(grid, driven.field, polynomial, np.zeros(count), unreliable)
