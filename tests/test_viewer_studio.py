@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from browser import browser, page_at, seen_from
+from lit_things import ball
 from mien.faces import load_face
 from mien.image_space.constraints import read_constraints
 from mien.io.edits_file import edits_beside, edits_from, read_layer
 from mien.io.gltf import write_performance
 from mien.io.meshes import write_mesh
-from mien.mesh import ClosestPoint, vertex_normals
+from mien.mesh import ClosestPoint, Mesh, Scan, vertex_normals
 from mien.pictures import Renderer, frontal_camera
 from mien.pictures.show import rig_look
 from mien.rig.edits import apply_edits
@@ -21,7 +22,7 @@ from mien.viewer.live_feed import LiveFeed
 from mien.viewer.open_files import gather
 from mien.viewer.page_files import export_page
 from mien.viewer.studio import Studio
-from mien.viewer.studio_scene import Shown
+from mien.viewer.studio_scene import Shown, pack_scene
 from studio_things import nodding
 
 FRAME = 12
@@ -173,6 +174,23 @@ def test_a_written_page_needs_no_server(chromium, studio, tmp_path):
     page = page_at(chromium, (tmp_path / "page" / "index.html").as_uri())
     assert page.evaluate("studio.clock.duration") == pytest.approx(1.0)
     page.close()
+
+
+def test_eyes_of_a_mesh_that_is_not_ours_have_its_own_colours(chromium, tmp_path):
+    head, eye = ball(100.0), ball(14.0, (30.0, 0.0, 92.0), rounds=3)
+    count = len(head.vertices)
+    colors = np.repeat([[0.6, 0.45, 0.4], [0.1, 0.5, 0.2]], [count, len(eye.vertices)], axis=0)
+    vertices, faces = np.vstack([head.vertices, eye.vertices]), np.vstack([head.faces, eye.faces + count])
+    mesh = Mesh(vertices, faces, colors=colors)
+    view = frontal_camera(mesh, SIZE)
+    export_page(tmp_path / "page.html", pack_scene([Shown("scan.ply", Scan(mesh))]))
+    page = page_at(chromium, (tmp_path / "page.html").as_uri())
+    drawn = seen_from(page, view, SIZE, 0)
+    page.close()
+    expected = Renderer(mesh, rig_look(mesh)).draw(*view).astype(int)
+    green = expected[..., 1] > expected[..., 0] + 30
+    assert green.sum() > 300
+    assert np.abs(drawn - expected)[green].mean() < 8
 
 
 def test_a_page_of_another_run_says_so(chromium, studio):

@@ -4,6 +4,7 @@ import { FaceTextures, noShares } from "./face_textures.js";
 import { textureOf } from "./picture_texture.js";
 import { COVER, FACE_FRAGMENT, FACE_VERTEX, LAMP_FRAGMENT, LAMP_VERTEX, MORPH, NORMALS, PICK_FRAGMENT, PICK_VERTEX, SUBDIVIDE, WIDTH } from "./shaders.js";
 
+const SKIN = [0.8, 0.66, 0.58], WHITE = [0.88, 0.86, 0.84]; // of faces without colours: skin, eyes
 export const SILENT = 1e-5; // weights below this are none
 
 const cover = new THREE.Mesh(new THREE.BufferGeometry().setAttribute("position", new THREE.BufferAttribute(new Float32Array([-1, -1, 0, 3, -1, 0, -1, 3, 0]), 3)));
@@ -64,9 +65,10 @@ export class GpuFace {
     const attribute = (name, size, values) => geometry.setAttribute(name, new THREE.BufferAttribute(values, size));
     attribute("source", 1, source);
     attribute("sky", 2, file.array(told.sky));
-    attribute("material", 2, file.array(told.material));
     attribute("uv", 2, told.uv ? file.array(told.uv) : new Float32Array(2 * source.length));
-    attribute("colour", 3, told.colors ? file.array(told.colors) : new Float32Array(3 * source.length).map((_, i) => [0.8, 0.66, 0.58][i % 3]));
+    const material = file.array(told.material), plain = (i) => (material[2 * Math.floor(i / 3)] > 0.5 ? WHITE : SKIN)[i % 3];
+    attribute("material", 2, material);
+    attribute("colour", 3, told.colors ? file.array(told.colors) : new Float32Array(3 * source.length).map((_, i) => plain(i)));
     geometry.setIndex(new THREE.BufferAttribute(file.array(told.faces), 1));
     geometry.setDrawRange(0, file.array(told.faces).length);
     const eyes = [0, 1].map((i) => new THREE.Vector4(...(told.eyes?.[i] ?? [0, 0, 0, 0])));

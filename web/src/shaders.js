@@ -109,7 +109,7 @@ uniform mediump sampler2DArray captures; uniform vec4 blended[${MOST_BLENDED}]; 
 uniform int heat, look; // look: 0 colours, 1 clay
 uniform bool textured, lines;
 uniform mat4 lamp; uniform float radius, limit;
-uniform vec4 eyes[2]; // centre and radius, face space; radius 0: none known
+uniform vec4 eyes[2]; // centre and radius, face space; radius 0: none known, eyes are as their colours are
 out vec4 made;
 const vec3 WRAP = vec3(0.28, 0.14, 0.09);
 const vec3 LAMPS[4] = vec3[](vec3(-0.55, 0.62, 0.72), vec3(0.85, 0.10, 0.55), vec3(0.80, 0.45, -0.70), vec3(-0.85, 0.35, -0.75));
@@ -157,8 +157,7 @@ float arrives(vec3 n) {
   return total;
 }
 // Iris, pupil and the white by the angle from the eye's axis at rest.
-vec3 iris(vec3 white, out float wet) {
-  wet = 1.0;
+vec3 iris(vec3 white) {
   for (int i = 0; i < 2; i++) {
     vec3 d = (home - eyes[i].xyz) / max(eyes[i].w, 1e-3);
     if (eyes[i].w == 0.0 || abs(length(d) - 1.0) > 0.35) continue;
@@ -185,9 +184,9 @@ void main() {
   float open = clear;
   if (!gl_FrontFacing) { n = -n; open *= 0.35; }
   vec3 albedo = textured ? linear(painted()) : linear(tint);
-  float wet = kind.x, tooth = kind.y, unused;
+  float wet = kind.x, tooth = kind.y;
   if (look == 1) { albedo = vec3(0.42); wet = 0.0; tooth = 0.0; }
-  if (kind.x > 0.5 && !textured && look == 0) albedo = iris(linear(vec3(0.88, 0.86, 0.84)), unused);
+  if (kind.x > 0.5 && !textured && look == 0) albedo = iris(eyes[0].w > 0.0 ? linear(vec3(0.88, 0.86, 0.84)) : albedo);
   if (tooth > 0.5 && look == 0) albedo = linear(vec3(0.90, 0.87, 0.80));
   if (heat > 0) { albedo = vec3(0.604); wet = 0.0; }
   float shine = max(wet, 0.6 * tooth);
