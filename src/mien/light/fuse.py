@@ -14,6 +14,12 @@ from .normals import NormalMap
 from .triangulate import DepthMap, pixel_rays, surface_normals
 
 
+LEAN_PX = 3.0
+"""Standard deviation of the window over which points are compared with a surface to tell how it leans, pixels."""
+BROAD_PX = (1.0, 2.0, 4.0, 8.0)
+"""Standard deviations of the Gaussians between which the breadth is interpolated beyond which points tell the shape."""
+
+
 @dataclass(frozen=True)
 class NormalFusionConfig:
     """How much of which source."""
@@ -38,9 +44,9 @@ class NormalFusionConfig:
     """Holes in the points no wider or taller than this are bridged by normals: dots, specks. 0: none are."""
     uneven: float = 3.0
     """Depths' standard deviations are taken within this factor of their median."""
-    lean: float = 0.01
-    """Normals lean by so much to one side over a whole patch, radians: the shape of patches so broad that the mean of
-    their points is known better than that is the points'. 0: it is as solved."""
+    lean: float = 0.005
+    """Normals lean by so much or more to one side over a whole patch, radians: the shape of patches so broad that the
+    mean of their points is known better than that is the points'. 0: it is as solved."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +65,8 @@ def fuse(depth: DepthMap, light: NormalMap, camera: Camera, config: NormalFusion
 
     With q = log z the slopes are linear in the unknowns (`integrate.log_slopes`), so this is one sparse linear system.
     It takes errors for independent from pixel to pixel. Those of normals are not: they lean to one side over a cheek or
-    a rim, and the surface with them. So the points' broad shape is put back (`with_broad`).
+    a rim, and the surface with them. So the points' broad shape is put back, the more of it the more they lean
+    (`with_broad`).
     """
     rays = pixel_rays(camera)
     geometry = surface_normals(np.where(steps_nearby(depth.z, config.edge_mm), np.nan, depth.z), camera)
@@ -81,32 +88,61 @@ def fuse(depth: DepthMap, light: NormalMap, camera: Camera, config: NormalFusion
     unit = weight[known].mean()
     solved = solve_grid(q, weight / unit, steps, (edges[0] / unit, edges[1] / unit))
     z = np.where(wanted, np.exp(solved.values), np.nan)
-    z = with_broad(z, depth.z, broad_px(depth, camera, config))
+    if config.lean:
+        z = with_broad(z, depth.z, broad_px(z, depth, camera, config))
     return Fused(z, surface_normals(z, camera), solved)
 
 
-def broad_px(depth: DepthMap, camera: Camera, config: NormalFusionConfig) -> float:
+def broad_px(
+    z: Float[np.ndarray, "h w"], depth: DepthMap, camera: Camera, config: NormalFusionConfig
+) -> Float[np.ndarray, "h w"]:
     """Standard deviation of the Gaussian beyond which points tell the shape better than normals do, pixels.
 
     Over s pixels points' noise averages to noise / (2 sqrt(pi) s); normals that lean are off by lean * s * pixel.
     """
-    if not config.lean:
-        return 0.0
     noise = float(np.hypot(np.nanmedian(depth.sigma_mm), config.depth_sigma_mm))
     pixel_mm = float(np.nanmedian(depth.z)) / camera.fx
-    return float(np.sqrt(noise / (2 * np.sqrt(np.pi) * config.lean * pixel_mm)))
+    lean = np.maximum(local_lean(z, depth.z, pixel_mm), config.lean)
+    return np.sqrt(noise / (2 * np.sqrt(np.pi) * lean * pixel_mm))
 
 
-def with_broad(z: Float[np.ndarray, "h w"], points: Float[np.ndarray, "h w"], sigma_px: float) -> np.ndarray:
-    """The surface z, its shape broader than a Gaussian of `sigma_px` taken from the points. 0: as it is."""
-    known, wanted = np.isfinite(z) & np.isfinite(points), np.isfinite(z)
-    if not sigma_px or not known.any():
+def local_lean(
+    z: Float[np.ndarray, "h w"], points: Float[np.ndarray, "h w"], pixel_mm: float
+) -> Float[np.ndarray, "h w"]:
+    """How the surface z leans beside points whose noise is evened out, root mean square round each pixel, radians; 0
+    off the surface."""
+    wanted = np.isfinite(z)
+    off = np.where(wanted, blurred(points - z, wanted, LEAN_PX), np.nan)
+    down, across = np.gradient(off / pixel_mm)
+    return np.sqrt(np.maximum(blurred(down**2 + across**2, wanted, 2 * LEAN_PX), 0.0))
+
+
+def with_broad(
+    z: Float[np.ndarray, "h w"], points: Float[np.ndarray, "h w"], sigma_px: Float[np.ndarray, "h w"]
+) -> Float[np.ndarray, "h w"]:
+    """The surface z, its shape broader than a Gaussian of `sigma_px` taken from the points."""
+    wanted, off = np.isfinite(z), points - z
+    if not np.isfinite(off).any():
         return z
-    off = (points - z)[known]
-    sums = GaussianWindow(known, sigma_px).sums(np.stack([off, np.ones_like(off)], 1))
-    shift = sums[..., :1] / np.maximum(sums[..., 1:], 1e-6)
+    place = np.log2(np.maximum(sigma_px, BROAD_PX[0]) / BROAD_PX[0])
+    place = np.minimum(place, len(BROAD_PX) - 1)
     out = z.copy()
-    out[wanted] += GaussianWindow(wanted, sigma_px).at_pixels(shift)[:, 0]
+    for i, sigma in enumerate(BROAD_PX):
+        share = np.maximum(1 - np.abs(place - i), 0.0)
+        out += share * blurred(off, wanted, sigma)
+    return out
+
+
+def blurred(
+    image: Float[np.ndarray, "h w"], wanted: Bool[np.ndarray, "h w"], sigma_px: float
+) -> Float[np.ndarray, "h w"]:
+    """Gaussian means of what is finite, at the pixels that are wanted; 0 elsewhere."""
+    known = wanted & np.isfinite(image)
+    values = image[known]
+    sums = GaussianWindow(known, sigma_px).sums(np.stack([values, np.ones_like(values)], 1))
+    out = np.zeros(image.shape)
+    mean = sums[..., :1] / np.maximum(sums[..., 1:], 1e-6)
+    out[wanted] = GaussianWindow(wanted, sigma_px).at_pixels(mean)[:, 0]
     return out
 
 
