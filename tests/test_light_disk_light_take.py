@@ -88,3 +88,14 @@ def test_each_fault_is_one_clear_line(folder):
         read_light_take(folder)
     with pytest.raises(BadInput, match="expected a folder"):
         read_light_take(folder / "patterns.json")
+    (folder / "patterns.json").unlink()
+    with pytest.raises(BadInput, match=r"no patterns\.json in it or beside it; .* writes one"):
+        read_light_take(folder)
+
+
+@pytest.mark.parametrize(("level", "line"), [(0, "black, where"), (65535, "saturated over half")])
+def test_pictures_that_are_all_black_or_all_white_are_told_so_though_they_are_alike(folder, level, line):
+    for number in range(12):
+        save(folder / "left" / f"{number}.png", np.full((200, 160), level))
+    with pytest.raises(BadInput, match=line):
+        read_light_take(folder).capture(0)

@@ -1,7 +1,7 @@
 import numpy as np
 
 import light_scene
-from mien.light.fuse import NormalFusionConfig, corrected_normals, fuse, small_holes, turned
+from mien.light.fuse import NormalFusionConfig, corrected_normals, fuse, local_lean, small_holes, turned
 from mien.light.normals import NormalMap
 from mien.light.triangulate import DepthMap, pixel_rays, surface_normals
 from mien.transforms import rotation_from_vector
@@ -66,6 +66,16 @@ def test_normals_that_lean_for_a_while_leave_the_broad_shape_to_the_points():
     ]
     assert off[0] < 0.7 * off[1]
     assert off[0] < 0.7 * np.nanmean(np.abs(depth.z - DEPTH))
+
+
+def test_how_a_surface_leans_beside_noisy_points_is_told_place_by_place():
+    rng = np.random.default_rng(0)
+    x = np.arange(160.0)
+    z = np.where(x < 80, 0.0, 0.25 * (x - 80)) * np.ones((200, 1))
+    z[:20] = np.nan
+    told = local_lean(z, 0.02 * rng.normal(size=z.shape), pixel_mm=0.5)
+    np.testing.assert_allclose(told[40:160, 110:140], 0.5, atol=0.02)
+    assert told[40:160, 20:50].max() < 0.02
 
 
 def test_a_step_in_depth_stays_a_step():

@@ -13,7 +13,6 @@ from .integrate import STEEPEST, log_slopes, on_edges
 from .normals import NormalMap
 from .triangulate import DepthMap, pixel_rays, surface_normals
 
-
 LEAN_PX = 3.0
 """Standard deviation of the window over which points are compared with a surface to tell how it leans, pixels."""
 BROAD_PX = (1.0, 2.0, 4.0, 8.0)
@@ -114,7 +113,8 @@ def local_lean(
     wanted = np.isfinite(z)
     off = np.where(wanted, blurred(points - z, wanted, LEAN_PX), np.nan)
     down, across = np.gradient(off / pixel_mm)
-    return np.sqrt(np.maximum(blurred(down**2 + across**2, wanted, 2 * LEAN_PX), 0.0))
+    square = np.asarray(down**2 + across**2)
+    return np.sqrt(np.maximum(blurred(square, wanted, 2 * LEAN_PX), 0.0))
 
 
 def with_broad(

@@ -17,6 +17,7 @@ from ..light_rig import LightRig, read_rig
 from ..patterns import LightPattern, PatternSet, read_patterns
 
 PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp")
+PATTERNS = "patterns.json"
 DARK, BRIGHT = 0.02, 0.98
 """Of full scale: a picture that is darker almost everywhere, or brighter over most of what is lit, is of no use."""
 
@@ -45,8 +46,8 @@ class LightTake:
             images = [read_grey(path, self.rig.gamma) for path in paths[first : first + len(self.patterns)]]
             told = paths[first : first + len(self.patterns)]
             one_size(images, told)
-            _no_double(images, told, self.patterns)
             _exposed(images, told, self.patterns)
+            _no_double(images, told, self.patterns)
             out[name] = np.stack(images)
         return out
 
@@ -65,7 +66,7 @@ def read_light_take(folder: str | Path, calibration: str | Path | None = None) -
         raise BadInput(
             f"{folder}: expected a folder with patterns.json, calibration.json and a folder of pictures a camera"
         )
-    patterns = read_patterns(_own_or_shared(folder, "patterns.json"))
+    patterns = read_patterns(_own_or_shared(folder, PATTERNS))
     rig = read_rig(calibration or _own_or_shared(folder, "calibration.json"))
     pictures = {view.name: pictures_of(folder / view.name) for view in rig.cameras if (folder / view.name).is_dir()}
     if not pictures:
@@ -89,8 +90,11 @@ def read_light_take(folder: str | Path, calibration: str | Path | None = None) -
 
 def _own_or_shared(folder: Path, name: str) -> Path:
     """A file of the folder, or of the one above it, which several takes share."""
-    shared = folder.parent / name
-    return shared if shared.is_file() and not (folder / name).is_file() else folder / name
+    for place in (folder / name, folder.parent / name):
+        if place.is_file():
+            return place
+    made = "`mien decode --show paper`" if name == PATTERNS else "`mien decode POSES/ --board 9x7x75`"
+    raise BadInput(f"{folder}: no {name} in it or beside it; {made} writes one")
 
 
 def pictures_of(folder: Path) -> tuple[Path, ...]:
