@@ -2,7 +2,7 @@
 import * as THREE from "three";
 import { FaceTextures, noShares } from "./face_textures.js";
 import { textureOf } from "./picture_texture.js";
-import { COVER, FACE_FRAGMENT, FACE_VERTEX, LAMP_FRAGMENT, LAMP_VERTEX, MORPH, NORMALS, PICK_FRAGMENT, PICK_VERTEX, SUBDIVIDE, WIDTH } from "./shaders.js";
+import { COVER, DEPTH_FRAGMENT, DEPTH_VERTEX, FACE_FRAGMENT, FACE_VERTEX, LAMP_FRAGMENT, LAMP_VERTEX, MORPH, NORMALS, PICK_FRAGMENT, PICK_VERTEX, SUBDIVIDE, WIDTH } from "./shaders.js";
 
 const SKIN = [0.8, 0.66, 0.58], WHITE = [0.88, 0.86, 0.84]; // of faces without colours: skin, eyes
 export const SILENT = 1e-5; // weights below this are none
@@ -81,6 +81,7 @@ export class GpuFace {
     };
     this.material = raw(FACE_VERTEX, FACE_FRAGMENT, this.uniforms, { side: THREE.DoubleSide });
     this.wire = raw(FACE_VERTEX, FACE_FRAGMENT, { ...this.uniforms, lines: { value: true } }, { wireframe: true, transparent: true, depthFunc: THREE.LessEqualDepth, polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnits: -1 });
+    this.depthMaterial = raw(DEPTH_VERTEX, DEPTH_FRAGMENT, { places: this.uniforms.places }, { side: THREE.DoubleSide, colorWrite: false });
     this.lampMaterial = raw(LAMP_VERTEX, LAMP_FRAGMENT, { places: this.uniforms.places, lamp: this.uniforms.lamp }, { side: THREE.DoubleSide });
     this.pickMaterial = raw(PICK_VERTEX, PICK_FRAGMENT, { places: this.uniforms.places }, { side: THREE.DoubleSide });
     const mesh = new THREE.Mesh(geometry, this.material);

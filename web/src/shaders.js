@@ -60,6 +60,17 @@ in float source;
 uniform sampler2D places; uniform mat4 modelViewMatrix, projectionMatrix;
 `;
 
+// How deep the surface is, drawn first, so that what shades the face does so once a pixel.
+export const DEPTH_VERTEX = `${SURFACE}
+invariant gl_Position;
+void main() {
+  vec4 seen = modelViewMatrix * vec4(texelFetch(places, texel(int(source + 0.5)), 0).xyz, 1.0);
+  gl_Position = projectionMatrix * seen;
+}`;
+export const DEPTH_FRAGMENT = `${COMMON}
+out vec4 made;
+void main() { made = vec4(0.0); }`;
+
 // How near the lamp each surface point is; nothing is 0.
 export const LAMP_VERTEX = `${SURFACE}
 uniform mat4 lamp; out float near;
@@ -89,6 +100,7 @@ in vec2 uv, sky, material; in vec3 colour;
 uniform sampler2D normals, others; uniform float opened; uniform int heat; uniform mat3 normalMatrix;
 out vec3 point, normal, tint, home; out vec2 st, kind; out float clear, amount;
 uniform sampler2D still;
+invariant gl_Position;
 void main() {
   ivec2 here = texel(int(source + 0.5));
   vec3 place = texelFetch(places, here, 0).xyz;

@@ -105,11 +105,19 @@ export class Stage {
       renderer.setClearColor(0x000000, 0);
       renderer.clear();
       if (!this.through) run(renderer, this.backdrop, null);
+      this.depth(view.face);
       renderer.render(view.scene, camera);
       if (view.wireframe) this.lines(view);
     });
     renderer.setScissorTest(false);
     return true;
+  }
+
+  // The nearest surface alone: what lies behind it is not shaded.
+  depth(face) {
+    face.mesh.material = face.depthMaterial;
+    this.renderer.render(face.mesh, this.camera);
+    face.mesh.material = face.material;
   }
 
   lines({ face, scene, overlay }) {
