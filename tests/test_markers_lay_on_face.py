@@ -7,7 +7,7 @@ import pytest
 
 from marker_stage import held, region
 from mien.faces import load_face
-from mien.markers.lay_on_face import LayConfig, OffFaceConfig, lay_on_face, off_face
+from mien.markers.lay_on_face import OTHER_WAY_MM, LayConfig, OffFaceConfig, lay_on_face, margin_over, off_face
 from mien.register.align import AlignConfig
 from mien.takes.marker_model import marker_model
 
@@ -48,3 +48,10 @@ def test_off_the_face_is_told_by_millimetres_and_by_the_others():
     assert off_face(np.r_[near, 9.0], OffFaceConfig()).nonzero()[0].tolist() == [9]
     assert not off_face(np.r_[near, 7.0], OffFaceConfig()).any()
     assert not off_face(np.r_[far, 15.0], OffFaceConfig()).any()
+
+
+def test_an_alignment_that_slides_and_one_the_other_way_round_have_margins_of_their_own():
+    squared, apart = np.array([4.0, 4.0, 16.0]), np.array([0.0, 12, 140])
+    assert margin_over(squared, apart > 8) == (0.0, 4.0)
+    assert margin_over(squared, apart > OTHER_WAY_MM) == (0.5, 16.0)
+    assert margin_over(squared, apart > 200) == (1.0, np.inf)

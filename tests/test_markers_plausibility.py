@@ -23,14 +23,23 @@ def test_a_face_passes_without_a_word():
         (Fit(0.5, 0.1, 0.1, 0.5, markers=7), "7 markers that hold still"),
         (Fit(2.0, 10.0, 12.0, 0.5), "as no expression does"),
         (Fit(2.0, 5.3, 4.9, 0.2), "as no expression does"),
-        (Fit(1.9, 0.5, 0.5, 0.0), "the other way round"),
-        (Fit(1.1, 2.9, 2.5, 0.01), "2.9 mm as no expression does, and lie on it as well the other way"),
+        (Fit(1.9, 0.5, 0.5, 0.0, way_round_margin=0.0), "the other way round"),
+        (
+            Fit(1.1, 2.9, 2.5, 0.01, way_round_margin=0.01),
+            "2.9 mm as no expression does, and lie on it as well",
+        ),
     ],
 )
 def test_what_no_face_does_is_refused_and_says_why(fit, says):
     with pytest.raises(BadInput, match=says):
         refuse_no_face(fit)
     refuse_no_face(fit, PlausibilityConfig(refuse=False))
+
+
+def test_a_face_that_slides_a_little_as_well_is_doubted_not_refused():
+    slides = Fit(2.1, 2.8, 2.8, 0.0, markers=30, way_round_margin=0.4)
+    refuse_no_face(slides)
+    assert "another alignment" in doubts(slides)[0]
 
 
 def test_doubts_are_lines():

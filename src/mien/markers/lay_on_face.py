@@ -20,6 +20,8 @@ from .plausibility import Fit, motion_of
 
 TRIAL_RATE = 30.0
 """Frames a second that trial frames are said to have; nothing in a trial depends on it."""
+OTHER_WAY_MM = 40.0
+"""Alignments that lay the markers so far apart, in the mean, lay them another way round; nearer ones slide."""
 
 
 @dataclass(frozen=True)
@@ -83,6 +85,8 @@ class Laid:
     """Markers on the face."""
     margin: float
     """0..1: 1 - (cost of this alignment / cost of the best different one); 0 is a coin's toss."""
+    way_round_margin: float
+    """... of the best that lays the markers another way round."""
     second_best_mm: float
     """Cost of that other alignment, mm; inf where none was found."""
     residual_mm: float
@@ -95,7 +99,9 @@ class Laid:
 
     def fit(self, positions: Float[np.ndarray, "frames kept 3"]) -> Fit:
         """What plausibility is judged by."""
-        return Fit(self.shape_mm, motion_of(positions), self.residual_mm, self.margin, len(self.kept))
+        return Fit(
+            self.shape_mm, motion_of(positions), self.residual_mm, self.margin, len(self.kept), self.way_round_margin
+        )
 
 
 def lay_on_face(
@@ -250,16 +256,23 @@ def off_face(distances: Float[np.ndarray, " markers"], config: OffFaceConfig) ->
 
 
 def _best(trials: list[Trial], cloud: np.ndarray, config: LayConfig) -> Laid:
-    """The best trial, and how much better it is than the best that lays the markers elsewhere."""
+    """The best trial, and how much better it is than the best that lays the markers elsewhere, or another way round."""
     best = trials[0]
     places = [trial.identity.T_face_head.apply(cloud) for trial in trials]
-    apart = [np.linalg.norm(place - places[0], axis=1).mean() for place in places]
-    far = [t.cost_mm for t, distance in zip(trials, apart, strict=True) if distance > config.align.distinct_mm]
-    other = min(far, default=np.inf)
-    common = (len(cloud) - len(best.kept)) * config.off_face.least_mm**2 / len(cloud)
-    margin = 1.0 if np.isinf(other) else 1 - np.sqrt((best.cost_mm**2 - common) / (other**2 - common))
+    apart = np.array([np.linalg.norm(place - places[0], axis=1).mean() for place in places])
+    off_face = (len(cloud) - len(best.kept)) * config.off_face.least_mm**2 / len(cloud)
+    squared = np.array([trial.cost_mm**2 for trial in trials]) - off_face
+    elsewhere, other = margin_over(squared, apart > config.align.distinct_mm)
+    way_round, _ = margin_over(squared, apart > OTHER_WAY_MM)
     left = float(np.sqrt(np.nanmean(best.solved.residuals**2)))
-    return Laid(best.identity, best.kept, float(margin), float(other), left)
+    return Laid(best.identity, best.kept, elsewhere, way_round, float(np.sqrt(other + off_face)), left)
+
+
+def margin_over(squared: Float[np.ndarray, " trials"], others: Bool[np.ndarray, " trials"]) -> tuple[float, float]:
+    """How much better the first trial is than the best of some others, 0..1 (1 where there is none), and that one's
+    squared cost, by squared costs in mm^2."""
+    other = float(np.min(squared[others], initial=np.inf))
+    return float(1 - np.sqrt(squared[0] / other)), other
 
 
 def _lifted(mesh: Mesh, distance: float) -> Mesh:

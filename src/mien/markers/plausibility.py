@@ -29,9 +29,9 @@ class PlausibilityConfig:
     moving_mm: float = 1.5
     """Markers that move this much tell besides whether a face moves them, if they lie on it either way round."""
     least_margin: float = 0.03
-    """An alignment no better than another by this share is a coin's toss (faces: 0.2 to 0.85)."""
+    """An alignment no better than one another way round by this share is a coin's toss (faces: 0.2 to 0.85)."""
     sure_margin: float = 0.15
-    """... and below this it is doubtful."""
+    """... and below this, of any other alignment, it is doubtful."""
     hopeless_share: float = 1.0
     """Where markers left out are told no better than to this share of how far they leave the neutral face, a face at
     rest is as good (faces: 0.2 to 0.6)."""
@@ -53,6 +53,8 @@ class Fit:
     """1 - (residual of the alignment / residual of the best other one)."""
     markers: int = 100
     """How many there are."""
+    way_round_margin: float = 1.0
+    """As `margin`, of the best other one that lays the markers another way round."""
 
 
 def motion_of(positions: Float[np.ndarray, "frames markers 3"]) -> float:
@@ -88,12 +90,13 @@ def why_no_face(fit: Fit, config: PlausibilityConfig) -> str:
     unexplained = fit.residual_mm / max(fit.motion_mm, config.still_mm)
     if fit.motion_mm > config.worst_shape_mm and unexplained > (config.unexplained if doubtful else 1.0):
         return f"the markers move by {fit.motion_mm:.0f} mm as no expression does"
-    if fit.margin < config.least_margin and fit.motion_mm > config.moving_mm and unexplained > config.unexplained:
+    tossed = fit.way_round_margin < config.least_margin
+    if tossed and fit.motion_mm > config.moving_mm and unexplained > config.unexplained:
         return (
             f"the markers move by {fit.motion_mm:.1f} mm as no expression does, and lie on it as well the other way "
             "round"
         )
-    if fit.margin < config.least_margin and doubtful:
+    if tossed and doubtful:
         return f"the markers stand {fit.shape_mm:.1f} mm off the nearest face and lie on it as well the other way round"
     return ""
 
