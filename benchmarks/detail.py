@@ -120,7 +120,7 @@ def export(stage: DetailStage, config: DetailConfig) -> None:
 
 
 def speed(stage: DetailStage, config: DetailConfig) -> None:
-    """The fit, frames a second in memory, and the evaluation beside a copy of its coefficients."""
+    """The fit, frames a second in memory, and the evaluation beside a copy of its coefficients and limits."""
     before, by_the_clock = time.process_time(), time.perf_counter()
     model = fit_detail(stage.training, config)
     spent, by_the_clock = time.process_time() - before, time.perf_counter() - by_the_clock
@@ -141,7 +141,8 @@ def speed(stage: DetailStage, config: DetailConfig) -> None:
     driven = model.fine.driven
     vectors = np.full((len(model.reference), 5), 0.3)
     evaluated = clock(lambda: driven.values(vectors), 31)
-    copied = clock(lambda: driven.polynomial.coefficients.copy(), 31)
+    read = driven.polynomial.with_limits()
+    copied = clock(lambda: read.copy(), 31)
     texels = len(driven.field.triangle)
     print(f"evaluation of {texels:,} texels {1e3 * evaluated:.2f} ms, memcpy {1e3 * copied:.2f} ms, "
           f"ratio {evaluated / copied:.2f}")  # fmt: skip

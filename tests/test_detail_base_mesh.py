@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
+from scipy.spatial import KDTree
 
 from detail_patch import patch, wrinkled
-from mien.detail.base_mesh import BaseConfig, base_mesh, decimated, outer_skin, smooth_surface
+from mien.detail.base_mesh import RIM_MM, BaseConfig, base_mesh, decimated, outer_skin, rims_and_eyes, smooth_surface
 from mien.errors import BadInput
 from mien.faces import load_face
 from mien.mesh import Mesh, closest_point
@@ -16,6 +17,27 @@ def test_the_bundled_head_s_outer_skin_has_no_sock_no_eyes_and_one_piece():
     assert not np.isin(used, np.concatenate([face.parts[p] for p in ("left_eye", "right_eye", "tongue")])).any()
     front = (face.regions["face"] > 0.9) & (mesh.vertices[:, 2] > 40)
     assert np.isin(np.flatnonzero(front), used).mean() > 0.75
+
+
+def test_rims_and_eyes_of_the_bundled_head_go_with_their_own_lid_and_lip():
+    """A smaller base's rims: eyeballs have no place on it; a lip goes with its own side of the mouth; a patch has none."""
+    face = load_face()
+    mesh = face.rig.neutral
+    base = base_mesh(mesh, BaseConfig(vertices=2000))
+    parts = rims_and_eyes(mesh, base)
+    eyes = parts.uv[:, 0] < 0
+    assert eyes.sum() == sum(len(face.parts[side]) for side in ("left_eye", "right_eye"))
+    assert ((parts.uv[~eyes] > 0) & (parts.uv[~eyes] < 1)).all()
+    place = closest_uv(base.mesh, parts.uv[~eyes])
+    off = np.linalg.norm(place - parts.vertices[~eyes], axis=1)
+    assert np.median(off) < 5
+    assert off.max() < RIM_MM + 5
+    assert rims_and_eyes(patch(), base_mesh(patch(), BaseConfig(vertices=0))) is None
+
+
+def closest_uv(mesh, uv):
+    """The vertices whose texture coordinates are nearest."""
+    return mesh.vertices[KDTree(mesh.uv).query(uv)[1]]
 
 
 def test_smoothing_takes_furrows_and_leaves_the_shape():

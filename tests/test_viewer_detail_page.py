@@ -2,6 +2,7 @@ import base64
 import re
 import shutil
 import subprocess
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,8 +14,9 @@ from mien.detail.fit import DetailConfig, fit_detail
 from mien.detail.polynomial import PolynomialConfig
 from mien.detail.synthesize import SynthesisConfig, Synthesizer, at_vertices
 from mien.errors import BadInput
+from mien.mesh import Mesh
 from mien.transforms import Transform
-from mien.viewer.detail_page import STATIC, base_motion, write_detail_page
+from mien.viewer.detail_page import STATIC, base_motion, page_data, write_detail_page
 
 SMALL = DetailConfig(base=BaseConfig(vertices=0), medium_size=48, fine_size=96)
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -35,6 +37,30 @@ def test_modes_carry_the_thin_shell(played):
     shell = model.shell.vertices(drive.positions[-1] - model.reference)
     found = model.base.vertices + np.einsum("r,rnd->nd", amounts[-1], modes)
     assert np.linalg.norm(found - shell, axis=1).max() < 0.1
+
+
+def test_rims_go_with_the_base_and_eyes_stay(played):
+    """Three vertices at places of the base, one of them an eyeball's."""
+    model, drive = played
+    base, near = model.base, np.array([3, 500, 800])
+    uv = np.where([[False], [False], [True]], -1.0, base.uv[near])
+    parts = Mesh(base.vertices[near] + [0, 0, -2.0], np.array([[0, 1, 2]]), uv)
+    plain, drawn = (page_data(m, drive, 30.0) for m in (model, replace(model, rims_and_eyes=parts)))
+    n = len(base.vertices)
+    assert (plain["vertices"], drawn["vertices"]) == (n, n + 3)
+    assert floats(drawn["kind"]).tolist() == [0.0] * n + [1, 1, 2]
+    layers = floats(drawn["modes_texture"]).reshape(3 * (drawn["modes"] + 1), -1, 3)
+    np.testing.assert_allclose(layers[0, n : n + 3], parts.vertices, atol=1e-4)
+    np.testing.assert_allclose(layers[1 : drawn["modes"] + 1, n : n + 2], layers[1 : drawn["modes"] + 1, near[:2]])
+    assert not layers[1 : drawn["modes"] + 1, n + 2].any()
+    across = np.cross(layers[drawn["modes"] + 1, n], layers[2 * drawn["modes"] + 2, n])
+    normal = np.cross(*np.diff(parts.vertices, axis=0))
+    assert across @ normal > 0.99 * np.linalg.norm(across) * np.linalg.norm(normal)
+
+
+def floats(text):
+    """A page's array."""
+    return np.frombuffer(base64.b64decode(text), "<f4")
 
 
 def test_the_page_is_whole_and_small(played, tmp_path):

@@ -41,6 +41,7 @@ class DetailPage {
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(3 * D.vertices), 3)); // three.js counts it
     geometry.setAttribute("place", new THREE.BufferAttribute(floats(D.place), 3));
+    geometry.setAttribute("kind", new THREE.BufferAttribute(floats(D.kind), 1));
     geometry.setAttribute("uv", new THREE.BufferAttribute(floats(D.uv), 2));
     geometry.setIndex(new THREE.BufferAttribute(new Uint32Array(bytes(D.faces)), 1));
     this.face = new THREE.Mesh(geometry, this.material);

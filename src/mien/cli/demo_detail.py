@@ -27,7 +27,9 @@ def demo_detail(folder: Path, seed: int, markers: int) -> None:
 
     config = DetailConfig(medium_size=SIZE, fine_size=2 * SIZE)
     with bar() as progress:
-        before = DetailStageConfig(markers=markers, levels=LEVELS, frames=FRAMES, dot_radius_mm=DOT_MM)
+        before = DetailStageConfig(
+            markers=markers, levels=LEVELS, frames=FRAMES, dot_radius_mm=DOT_MM, eyes_and_teeth=True
+        )
         stage = detail_stage(seed, before)
         training = kept_in_memory(stage.training)
         unseen = kept_in_memory(stage.unseen)

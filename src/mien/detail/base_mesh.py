@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import igl
 import numpy as np
 import scipy.sparse as sp
-from jaxtyping import Bool, Float
-from scipy.sparse.csgraph import connected_components
+from jaxtyping import Bool, Float, Int
+from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.sparse.linalg import splu
 
 from ..errors import BadInput
@@ -20,8 +20,10 @@ from ..mesh import (
     in_largest_part,
     mass,
     submesh,
+    vertex_normals,
 )
 from ..mesh.cylinder import fit_cylinder
+from ..pictures.eyes import eyeballs
 from ..pictures.raycast import RayCaster
 from .texture_space import with_texture
 
@@ -29,6 +31,10 @@ LIFT_MM = 0.5
 """How far off the skin a ray that asks for open sky begins."""
 LEAST_COSINE = -0.1
 """Between a triangle's normal and the way out: below it the skin looks inwards, as the backs of lips and lids do."""
+RIM_MM = 15.0
+"""How far along the skin lids, lips and nostrils are followed inwards from the base's rim."""
+OVERLAP_MM, UNDER_MM = 6.0, 0.3
+"""How far they go on under the base, and how far below it."""
 OPENING = 2
 """Rings of vertices that are taken off and put back, so that no thread of skin is left hanging in the mouth."""
 
@@ -71,6 +77,42 @@ def base_mesh(neutral: Mesh, config: BaseConfig = BaseConfig()) -> BaseMesh:
     smoothed = skin.with_vertices(smooth_surface(skin, config.smoothing_mm))
     base = with_texture(decimated(smoothed, config.vertices))
     return BaseMesh(_as_stored(base), smoothed, kept)
+
+
+def rims_and_eyes(neutral: Mesh, base: BaseMesh) -> Mesh | None:
+    """What no map covers and a picture asks for: lids, lips and nostrils up to `RIM_MM` beyond the base, and eyeballs.
+
+    Texture coordinates are those of the place on the base that a vertex goes with, found along the surface, and -1 on
+    eyeballs. A strip goes on under the base, whose rim smoothing has drawn back. None where there is nothing.
+    """
+    n = len(neutral.vertices)
+    eyes, on_base = eyeballs(neutral), np.zeros(n, bool)
+    on_base[neutral.faces[base.faces]] = True
+    i, j = neutral.faces[:, [0, 1, 2]].ravel(), neutral.faces[:, [1, 2, 0]].ravel()
+    length = np.linalg.norm(neutral.vertices[i] - neutral.vertices[j], axis=1)
+    graph = sp.csr_matrix((length, (i, j)), shape=(n, n))
+    graph = graph.maximum(graph.T)
+    inwards = dijkstra(graph, indices=np.flatnonzero(~on_base), limit=OVERLAP_MM, min_only=True)
+    away, _, source = dijkstra(
+        graph, indices=np.flatnonzero(on_base), return_predecessors=True, limit=RIM_MM, min_only=True
+    )
+    near = np.isfinite(away)
+    kept = ((np.isfinite(inwards) & near) | eyes)[neutral.faces].all(axis=1)
+    if not kept.any():
+        return None
+    parts, used = submesh(neutral, np.flatnonzero(kept))
+    uv = np.full((len(used), 2), -1.0)
+    uv[near[used]] = _uv_of(base, np.searchsorted(np.flatnonzero(on_base), source[used][near[used]]))
+    normals = vertex_normals(parts.vertices, parts.faces)
+    under = np.where(on_base[used], UNDER_MM, 0.0)[:, None] * normals
+    return Mesh(parts.vertices - under, parts.faces, uv)
+
+
+def _uv_of(base: BaseMesh, vertices: Int[np.ndarray, " n"]) -> Float[np.ndarray, "n 2"]:
+    """Texture coordinates of vertices of the smoothed skin: those of the base's points nearest to them."""
+    assert base.mesh.uv is not None
+    at = ClosestPoint(base.mesh).query(base.skin.vertices[vertices]).attachment()
+    return np.einsum("pc,pcd->pd", at.barycentric, base.mesh.uv[base.mesh.faces[at.faces]])
 
 
 def _as_stored(mesh: Mesh) -> Mesh:

@@ -9,7 +9,7 @@ from scipy import ndimage
 from ..errors import BadInput
 from ..mesh import Attachment, Mesh, closest_point
 from ..progress import SILENT, Progress
-from .base_mesh import BaseConfig, BaseMesh, base_mesh
+from .base_mesh import BaseConfig, BaseMesh, base_mesh, rims_and_eyes
 from .domain import Domain, DomainConfig, deformation_vectors, fit_domain, marker_strains
 from .fields import DetailMap, parameter_field, within_training
 from .marker_mesh import marker_mesh
@@ -67,6 +67,8 @@ class DetailModel:
     """Of training."""
     reflectance: DetailMap | None = None
     """Linear albedo on the medium map's texels, red, green and blue; None where the clips had no colours."""
+    rims_and_eyes: Mesh | None = None
+    """What pictures show beside the base (`base_mesh.rims_and_eyes`); face space, mm."""
 
     @property
     def reference(self) -> Float[np.ndarray, "k 3"]:
@@ -105,6 +107,7 @@ def fit_detail(
         fine=fine,
         frames=len(training),
         reflectance=reflectance,
+        rims_and_eyes=rims_and_eyes(training.mesh, base),
     )
 
 

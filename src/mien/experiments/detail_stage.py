@@ -53,6 +53,8 @@ class DetailStageConfig:
     """Of the markers: dots in the scanner's own high-resolution cameras."""
     dot_radius_mm: float | None = None
     """Of the black dots in the colours; 0: colours without dots; None: colours are not photographed."""
+    eyes_and_teeth: bool = False
+    """In the surfaces, as in registered scans; no map covers them."""
     head: HeadMotion = field(default_factory=lambda: HeadMotion(rotation=0.05, translation=5.0))
 
 
@@ -78,7 +80,7 @@ def detail_stage(
         like: another subject, at whose markers' places this one's are glued, by eye.
     """
     performer = make_performer(seed, STRANGER if config.kind == "muscles" else None)
-    skin = make_skin(performer, SkinConfig(levels=config.levels, eyes_and_teeth=False), seed)
+    skin = make_skin(performer, SkinConfig(levels=config.levels, eyes_and_teeth=config.eyes_and_teeth), seed)
     layout = marker_layout(skin, config.markers, seed)
     rng = np.random.default_rng([seed, 8])
     attachment = layout.attachment if like is None else same_places(like, skin, rng)

@@ -2,11 +2,13 @@
 
 import base64
 import json
+from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
+from scipy.spatial import KDTree
 
 from ..detail.drive import Drive
 from ..detail.fields import DetailMap, parameter_field
@@ -15,12 +17,14 @@ from ..detail.synthesize import at_vertices, vertex_attachment
 from ..detail.texture_space import texture_gradients, with_gutter
 from ..errors import BadInput
 from ..files import whole
-from ..mesh import loop_subdivide
+from ..mesh import Mesh, loop_subdivide, vertex_normals
 
 WIDTH = 512
 """Of textures that hold one vertex a texel."""
 MODES = 24
 """Most modes of the base motion that a page carries."""
+UP = np.array([0.08, 1.0, 0.03])
+"""Not along a normal but by chance: tangents are square to it."""
 CLOSE_MM = 0.02
 """The modes reach the thin shell to this rms."""
 STATIC = {"detail.html": "index.html", "studio.js": "studio.js", "studio.LICENSE": "studio.LICENSE"}
@@ -65,22 +69,63 @@ def page_data(model: DetailModel, drive: Drive, rate: float) -> dict:
     layers = np.concatenate([rest, *(np.stack([G @ mode for mode in rest]) for G in (along_u, along_v))])
     vectors = model.domain.vectors(drive.positions)
     forms = np.stack([field.forms(frame) for frame in vectors])
-    rows = -(-len(base.vertices) // WIDTH)
     driven = at_vertices(model.medium, field, base.uv)
     field, medium = driven.field, driven.polynomial.with_limits()
+    place = np.column_stack([field.triangle, field.weights.T])
+    drawn = Drawn(layers, medium.transpose(1, 0, 2), place, base.uv, np.zeros(len(base.vertices)), base.faces)
+    if model.rims_and_eyes is not None:
+        drawn = drawn.beside(model.rims_and_eyes)
+    rows = -(-len(drawn.uv) // WIDTH)
     fine = model.fine or model.medium
     return {
-        "vertices": len(base.vertices), "width": WIDTH, "rows": rows, "rate": rate, "frames": len(forms),
+        "vertices": len(drawn.uv), "width": WIDTH, "rows": rows, "rate": rate, "frames": len(forms),
         "modes": amounts.shape[1], "triangles": len(field.corners),
         "middle": base.vertices.mean(axis=0).tolist(), "radius": float(np.ptp(base.vertices, axis=0).max() / 2),
-        "faces": _packed(base.faces, np.uint32), "uv": _packed(base.uv),
-        "place": _packed(np.column_stack([field.triangle, field.weights.T])),
-        "modes_texture": _packed(_in_rows(layers, rows)), "amounts": _packed(amounts), "forms": _packed(forms),
-        "coefficients": _packed(_in_rows(medium.transpose(1, 0, 2), rows)),
+        "faces": _packed(drawn.faces, np.uint32), "uv": _packed(drawn.uv), "kind": _packed(drawn.kind),
+        "place": _packed(drawn.place), "modes_texture": _packed(_in_rows(drawn.layers, rows)),
+        "amounts": _packed(amounts), "forms": _packed(forms),
+        "coefficients": _packed(_in_rows(drawn.medium, rows)),
         "fine": _map_texture(fine, 0 if model.fine else None), "fine_size": fine.texels.size,
         "medium": _map_texture(model.medium, 2), "medium_size": model.medium.texels.size,
         "reflectance": None if model.reflectance is None else _color_texture(model.reflectance),
     }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """The vertices of the page, and what the shader reads of each."""
+
+    layers: Float[np.ndarray, "l n 3"]
+    """Rest and modes of the position, then of dP/du, then of dP/dv."""
+    medium: Float[np.ndarray, "8 n 3"]
+    """Coefficients and limits."""
+    place: Float[np.ndarray, "n 3"]
+    """Triangle of the coarse mesh, two barycentric weights."""
+    uv: Float[np.ndarray, "n 2"]
+    kind: Float[np.ndarray, " n"]
+    """As in the shader: 0 has detail, 1 is plain skin, 2 an eyeball."""
+    faces: Int[np.ndarray, "m 3"]
+
+    def beside(self, parts: Mesh) -> "Drawn":
+        """With plain skin that goes with the vertex at its texture coordinates, and eyeballs, which stay."""
+        assert parts.uv is not None
+        eye = parts.uv[:, 0] < 0
+        near = np.atleast_1d(KDTree(self.uv).query(parts.uv)[1])
+        count = len(self.layers) // 3
+        layers = np.zeros((3 * count, len(near), 3))
+        layers[1:count] = np.where(eye[:, None], 0.0, self.layers[1:count, near])
+        layers[0] = parts.vertices
+        normals = vertex_normals(parts.vertices, parts.faces)
+        layers[count] = np.cross(UP, normals)
+        layers[2 * count] = np.cross(normals, layers[count])
+        return Drawn(
+            layers=np.concatenate([self.layers, layers], 1),
+            medium=np.concatenate([self.medium, np.zeros((len(self.medium), len(near), 3))], 1),
+            place=np.concatenate([self.place, self.place[near]]),
+            uv=np.concatenate([self.uv, np.where(eye[:, None], 0.0, self.uv[near])]),
+            kind=np.concatenate([self.kind, 1.0 + eye]),
+            faces=np.concatenate([self.faces, parts.faces + len(self.uv)]),
+        )
 
 
 def base_motion(

@@ -27,6 +27,8 @@ MEDIUM_CHANNELS, FINE_CHANNELS = ("u", "v", "n"), ("n",)
 """Components of a map's values, mm, in the base's local frame."""
 REFLECTANCE_CHANNELS = ("r", "g", "b")
 """Linear albedo."""
+BESIDE = "rims_and_eyes.ply"
+"""What pictures show and no map covers."""
 LIMITS = ("least", "greatest")
 """Value of a map in training, where it keeps between them."""
 
@@ -43,6 +45,9 @@ def write_detail(folder: str | Path, model: DetailModel, half: bool = False) -> 
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "detail.json").unlink(missing_ok=True)
     write_ply(folder / "base.ply", model.base)
+    (folder / BESIDE).unlink(missing_ok=True)
+    if model.rims_and_eyes is not None:
+        write_ply(folder / BESIDE, model.rims_and_eyes)
     _write_map(folder / "medium.exr", model.medium, MEDIUM_CHANNELS, half)
     if model.fine is not None:
         _write_map(folder / "fine.exr", model.fine, FINE_CHANNELS, half)
@@ -88,6 +93,7 @@ def read_detail(folder: str | Path) -> DetailModel:
     folder = existing(folder)
     record = _record(folder / "detail.json")
     base, _ = read_ply(existing(folder / "base.ply"))
+    beside = read_ply(folder / BESIDE)[0] if (folder / BESIDE).is_file() else None
     try:
         attachment = Attachment(
             np.array(record["attachment"]["faces"], np.int64), np.array(record["attachment"]["barycentric"], float)
@@ -111,7 +117,7 @@ def read_detail(folder: str | Path) -> DetailModel:
     except (KeyError, TypeError, ValueError, IndexError) as error:
         told = (str(error).splitlines() or [type(error).__name__])[0]
         raise BadInput(f"{folder / 'detail.json'}: does not fit the maps beside it ({told}); fit them anew") from None
-    return DetailModel(base, labels, head, attachment, shell, domain, medium, fine, frames, reflectance)
+    return DetailModel(base, labels, head, attachment, shell, domain, medium, fine, frames, reflectance, beside)
 
 
 def _record(path: Path) -> dict:
