@@ -20,7 +20,7 @@ def test_the_bundled_head_s_outer_skin_has_no_sock_no_eyes_and_one_piece():
 
 
 def test_rims_and_eyes_of_the_bundled_head_go_with_their_own_lid_and_lip():
-    """A smaller base's rims: eyeballs have no place on it; a lip goes with its own side of the mouth; a patch has none."""
+    """A smaller base's rims: eyeballs have no place on it, lips one near them; a patch has no rims."""
     face = load_face()
     mesh = face.rig.neutral
     base = base_mesh(mesh, BaseConfig(vertices=2000))

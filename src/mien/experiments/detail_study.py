@@ -117,7 +117,7 @@ def staged_performance(stage: DetailStage) -> Performance:
 
 
 def storage_bytes(training: TrainingSet, model: DetailModel) -> tuple[int, int, int]:
-    """Of the training surfaces (32-bit floats), of both maps, and of both maps at 16 bits."""
+    """Of the training surfaces (32-bit floats), of both maps with their limits, and of both maps at 16 bits."""
     data = len(training) * training.mesh.vertices.size * 4
-    maps = sum(m.polynomial.coefficients.nbytes for m in (model.medium, model.fine) if m is not None)
+    maps = sum(m.polynomial.with_limits().nbytes for m in (model.medium, model.fine) if m is not None)
     return data, maps, maps // 2
