@@ -28,6 +28,8 @@ PARTED_MM = 4.0
 """Lips that open by so much keep to their landmarks as firmly as to a sure match; by twice as much, four times so."""
 PINNED = 1e4
 """Weight of a point that is held by hand, against 1 for a sure match."""
+PIN_PIXELS = 2
+"""Of the flow's pixels so many to every side of such a point are held with it."""
 
 
 @dataclass(frozen=True)
@@ -35,13 +37,15 @@ class WarpConfig:
     """How a source is brought to the neutral."""
 
     flow: FlowConfig | None = field(
-        default_factory=lambda: FlowConfig(margin=24, coarsest=40, smoothness=3.0, constraint=1000.0)
+        default_factory=lambda: FlowConfig(margin=24, coarsest=40, smoothness=1.0, constraint=1000.0)
     )
     """The dense flow; None: the landmarks' triangles alone, without matches."""
+    passes: int = 2
+    """Flows, each from where the one before ended: what is smooth is each one's step, not all that they find."""
     pixel_mm: float = 0.8
     """Side of the pixels that the flow is found in, mm; no finer than the map's."""
-    curvature: float = 0.6
-    """Weight of the curvature beside colour's 1; 0: colour alone."""
+    curvature: float = 0.2
+    """Weight of the curvature beside colour's 1; 0: colour alone. Skin that is pushed together bends anew."""
     curvature_mm: float = 1.6
     """Scale at which curvature is measured, mm."""
     landmarks: bool = True
@@ -99,7 +103,8 @@ def warp(
         open_mm = mouth_opening(there, here) * layout.pixel_mm
         steady = _steady(neutral, here, open_mm, pinned, _step(config.matches, layout.pixel_mm))
         places = _matched(images, rough, layout.pixel_mm, steady, config.matches)
-        places = _refined(images, places, layout.pixel_mm, pinned, config)
+        for _ in range(config.passes):
+            places = _refined(images, places, layout.pixel_mm, pinned, config)
     inside = sampled(masks[1].astype(float), places)[..., 0] > 0.5
     return SkinWarp(places, masks[0] & inside)
 
@@ -138,11 +143,18 @@ def _refined(images, rough, pixel: float, pinned, config: WarpConfig) -> Float[n
     """Pre-warped places after the flow, found on coarser pixels."""
     step = _step(config, pixel)
     target = sampled(images[1], rough[::step, ::step])
-    held = None if pinned is None else FlowConstraints(pinned.source / step, pinned.source / step)
+    held = None if pinned is None else _held(pinned.source / step, target.shape)
     found = optical_flow(images[0][::step, ::step], target, None, held, config.flow)
     flow = _cut(found.flow, config.believed_mm / (step * pixel))
     smooth = np.stack([gaussian_filter(flow[..., i], 0.7) for i in range(2)], -1)
     return _carried(rough, smooth, step)
+
+
+def _held(points: Float[np.ndarray, "k 2"], shape: tuple[int, ...]) -> FlowConstraints:
+    """Points that stay where they are, with the pixels round them: a single one would be smoothed away."""
+    steps = np.mgrid[-PIN_PIXELS : PIN_PIXELS + 1, -PIN_PIXELS : PIN_PIXELS + 1].reshape(2, -1).T
+    places = np.clip((points[:, None] + steps).reshape(-1, 2), 0, [shape[1] - 1, shape[0] - 1])
+    return FlowConstraints(places, places)
 
 
 def _carried(places: np.ndarray, motion: np.ndarray, step: int) -> Float[np.ndarray, "h w 2"]:
