@@ -59,3 +59,33 @@ def test_a_hand_at_another_depth_does_not_end_the_take():
     assert out.stopped is None
     assert len(out.performance) == FRAMES
     np.testing.assert_array_equal(np.flatnonzero(~out.performance.tracked), [5, 6, 7])
+
+
+def test_a_take_is_tracked_anew_with_the_shapes_that_it_taught(monkeypatch):
+    """A live source and a hidden face are walked through once, and shapes that stay as they are serve once too."""
+    take, landmarker = played()
+    rig, asked = stage.person(), []
+    smaller = replace(rig, deltas=0.5 * rig.deltas)
+
+    def halved(first, config, progress):
+        asked.append(first)
+        return smaller
+
+    monkeypatch.setattr("mien.tracking.pipeline.relearn_shapes", halved)
+    seen = []
+    again = track_take(take, rig, stage.landmarks(), landmarker, watch=seen.append)
+    assert len(seen) == 2 * FRAMES
+    np.testing.assert_array_equal(again.performance.rig.deltas[:52], smaller.deltas)
+    (first,) = asked
+    assert first.performance.rig.names[:52] == rig.names
+    placed = first.T_world_camera.inverse() @ first.performance.T_world_face
+    assert placed.translation[:, 2].min() > 300  # before the camera
+    jaw = rig.index("jawOpen")
+    assert again.performance.weights[:, jaw].max() > 1.3 * first.performance.weights[:, jaw].max()
+    for config in (TrackTakeConfig(live=True), TrackTakeConfig(hidden="upper")):
+        track_take(take, rig, stage.landmarks(), landmarker, config)
+    assert len(asked) == 1
+    monkeypatch.setattr("mien.tracking.pipeline.relearn_shapes", lambda first, config, progress: rig)
+    once = []
+    track_take(take, rig, stage.landmarks(), landmarker, watch=once.append)
+    assert len(once) == FRAMES

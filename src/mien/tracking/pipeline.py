@@ -23,6 +23,7 @@ from .correctives import CorrectiveBasis, CorrectiveConfig, with_correctives
 from .hidden.lower_face import lower_face_config, lower_face_model, with_upper_shapes
 from .model import TrackingModel, tracking_model
 from .person.calm_frames import PATIENCE, no_face, with_scale
+from .relearn.relearn_shapes import FirstPass, RelearnConfig, relearn_shapes
 from .terms.fit_config import BlendshapeFitConfig
 from .terms.photometric import PhotometricConfig
 from .tracker import step_or_lose
@@ -45,6 +46,8 @@ class TrackTakeConfig:
     """The blendshape fit where there is no depth: landmarks weigh less than the paper's, and so does the picture, since
     nothing holds the head at its distance: with all of its weight it wandered twice as far."""
     correctives: CorrectiveConfig = field(default_factory=CorrectiveConfig)
+    relearn: RelearnConfig = field(default_factory=RelearnConfig)
+    """The second pass, with shapes relearnt from the first; not for a live source or a hidden face."""
     hidden: Literal["upper"] | None = None
     """What a headset hides: the upper face, whose skin, landmarks and shapes are then left out; None: nothing."""
     late: bool = False
@@ -102,9 +105,34 @@ def track_take(
     """
     check_shapes(rig)
     marks = landmarks or landmarks_of(rig)
-    model = lower_face_model(rig, marks) if config.hidden else tracking_model(rig, marks)
     looking = landmarker or FaceLandmarker("video")
-    seen = with_landmarks(take, looking, late=config.late or config.live)
+    late = config.late or config.live
+    told: list[Landmarks2D | None] = []
+    seen = _remembered(with_landmarks(take, looking, late=late), told)
+    model = lower_face_model(rig, marks) if config.hidden else tracking_model(rig, marks)
+    found = _walked(take, model, seen, config, progress, timer, watch)
+    if config.hidden:
+        return replace(found, performance=with_upper_shapes(found.performance, rig))
+    if config.live:
+        return found
+    first = FirstPass(take, model, found.performance, found.fitted, T_WORLD_CAMERA)
+    relearnt = relearn_shapes(first, config.relearn, progress)
+    if relearnt is rig:
+        return found
+    again = zip(take, told, strict=False)
+    return _walked(take, tracking_model(relearnt, marks), again, config, progress, timer, watch)
+
+
+def _walked(
+    take: RgbdTake,
+    model: TrackingModel,
+    seen: Iterator[tuple[RGBDFrame, Landmarks2D | None]],
+    config: TrackTakeConfig,
+    progress: Progress,
+    timer: StageTimer,
+    watch: Callable[[TrackResult], None] | None,
+) -> Tracked:
+    """One walk through the take."""
     times: list[float] = []
     walk = track_frames(model, take, _timed(seen, times), config, timer)
     kept = _Results(CorrectiveBasis(model, config.correctives))
@@ -121,8 +149,7 @@ def track_take(
         if not kept.tracked.any():
             raise with_scale(error, take) from error
         stopped = str(error)
-    found = _collect(take, model, kept, stopped)
-    return replace(found, performance=with_upper_shapes(found.performance, rig)) if config.hidden else found
+    return _collect(take, model, kept, stopped)
 
 
 def track_frames(
@@ -161,6 +188,13 @@ def check_shapes(rig: Rig, name: str = "the rig") -> None:
         raise BadInput(
             f"{name} has none of the ARKit shapes (it has {told}); make one with `mien personalize`, or rename these"
         )
+
+
+def _remembered(seen: Iterator, told: list[Landmarks2D | None]) -> Iterator:
+    """The same, each frame's landmarks noted."""
+    for frame, landmarks in seen:
+        told.append(landmarks)
+        yield frame, landmarks
 
 
 def _timed(seen: Iterator, times: list[float]) -> Iterator:

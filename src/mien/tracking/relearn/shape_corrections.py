@@ -1,0 +1,96 @@
+"""What the slip of the skin says of a rig's shapes: a ridge regression on the weights, believed where it foretells."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from jaxtyping import Float, Float32
+
+from ...mesh import adjacency
+from ..model import TrackingModel
+
+BLOCKS = 10
+"""Parts of the take that are left out by turns."""
+FAINT_MM = 0.05
+"""Slip of this size is as good as none: it foretells nothing."""
+
+
+@dataclass(frozen=True)
+class CorrectionConfig:
+    """How far slip is believed."""
+
+    ridge: float = 0.15
+    """Weight of each squared correction a frame: shapes whose mean squared weight is less change by less than half."""
+    doubtful: float = 0.45
+    """Share of the slip round a vertex, in parts of the take left out by turns, that corrections must foretell before
+    they change it. Where skin is smooth, flow follows shades, which come back with the weights too: up to 0.42 on
+    staged films that corrections make worse."""
+    believed: float = 0.75
+    """The share from which on corrections are taken whole."""
+
+
+@dataclass
+class SlipSums:
+    """Normal equations of slip on weights, a part of the take each: as much memory for any length."""
+
+    gram: Float[np.ndarray, "blocks k k"]
+    """W'W."""
+    product: Float32[np.ndarray, "blocks k f3"]
+    """W's."""
+    square: Float[np.ndarray, "blocks f"]
+    """Squared length of the slip, mm^2."""
+    frames: int = 0
+    """Frames that were counted."""
+
+    def add(self, block: int, weights: Float[np.ndarray, " k"], slip: Float32[np.ndarray, "f 3"]) -> None:
+        """Count a frame to one of the parts."""
+        self.frames += 1
+        self.gram[block] += np.outer(weights, weights)
+        self.product[block] += np.outer(weights, slip).astype(np.float32)
+        self.square[block] += (slip.astype(np.float64) ** 2).sum(axis=1)
+
+
+def no_slip(shapes: int, vertices: int) -> SlipSums:
+    """Nothing seen yet."""
+    return SlipSums(
+        gram=np.zeros((BLOCKS, shapes, shapes)),
+        product=np.zeros((BLOCKS, shapes, 3 * vertices), np.float32),
+        square=np.zeros((BLOCKS, vertices)),
+    )
+
+
+def corrections(gram: Float[np.ndarray, "k k"], product: Float32[np.ndarray, "k f3"], ridge: float) -> np.ndarray:
+    """The ridge regression: what each shape lacks at weight 1, (k, 3 f) mm."""
+    return np.linalg.solve(gram + ridge * np.eye(len(gram)), product)
+
+
+def foretold_share(sums: SlipSums, near: sp.csr_matrix, ridge: float) -> Float[np.ndarray, " f"]:
+    """The share of the squared slip round each vertex that corrections learnt from the other parts foretell.
+
+    `near` (f, f) averages over neighbours. At most 1, and below 0 where they make it worse. With s the slip, W the
+    weights of a part and G what the others say, |s - W G|^2 = |s|^2 - 2 G.(W's) + G.(W'W G), vertex by vertex.
+    """
+    gram, product = sums.gram.sum(axis=0), sums.product.sum(axis=0)
+    left = np.zeros(sums.square.shape[1])
+    for there, says, square in zip(sums.gram, sums.product, sums.square, strict=True):
+        G = corrections(gram - there, product - says, ridge)
+        gain = G * (2 * says - there @ G)
+        left += square - gain.sum(axis=0).reshape(-1, 3).sum(axis=1)
+    square = sums.square.sum(axis=0)
+    return (near @ (square - left)) / (near @ square + sums.frames * FAINT_MM**2)
+
+
+def averaging(faces: np.ndarray, vertices: int) -> sp.csr_matrix:
+    """Averages over each vertex and what lies up to two edges off, (vertices, vertices)."""
+    near = adjacency(faces, vertices) + sp.identity(vertices)
+    once = sp.diags(1 / np.asarray(near.sum(axis=1)).ravel()) @ near
+    return sp.csr_matrix(once @ once)
+
+
+def believed_corrections(sums: SlipSums, model: TrackingModel, config: CorrectionConfig) -> Float[np.ndarray, "k f 3"]:
+    """What is added to the front of each shape, mm at weight 1: nothing where slip is not foretold, or on the rim."""
+    ridge = config.ridge * sums.frames
+    found = corrections(sums.gram.sum(axis=0), sums.product.sum(axis=0), ridge)
+    share = foretold_share(sums, averaging(model.faces, len(model.front)), ridge)
+    belief = np.clip((share - config.doubtful) / (config.believed - config.doubtful), 0.0, 1.0)
+    return found.reshape(model.shapes, -1, 3) * (belief * model.fade)[:, None]
