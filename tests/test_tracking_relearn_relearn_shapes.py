@@ -10,6 +10,7 @@ import tracking_stage as stage
 from mien.depth import RGBDFrame
 from mien.rgbd import RgbdTake
 from mien.rig import Performance
+from mien.tracking.correctives import with_correctives
 from mien.tracking.relearn.relearn_shapes import FirstPass, RelearnConfig, calm_numbers, relearn_shapes
 from mien.tracking.relearn.shape_corrections import CorrectionConfig
 from mien.transforms import Transform, stacked
@@ -78,6 +79,22 @@ def test_a_shape_comes_nearer_to_how_the_person_makes_it():
     assert off[wanted < 0.2].mean() < 0.1
     assert heard.said == [(i + 1, FRAMES) for i in range(FRAMES)]
     np.testing.assert_array_equal(m.rig.deltas, stage.person().deltas)  # it stays as it was
+
+
+def test_what_the_final_mesh_adds_to_a_shape_becomes_the_shape_s():
+    """Correctives of the tracked take bulge the lip whenever the mouth smiles."""
+    first, m = first_pass(), stage.model()
+    smile = [m.rig.index(name) for name in SMILES]
+    lip = m.neutral[:, 1] < m.neutral[:, 1].mean()
+    bulge = np.zeros((1, len(m.front), 3))
+    bulge[0, :, 2] = 2.0 * lip * m.fade
+    weights = np.concatenate([played(), played()[:, smile[:1]]], axis=1)
+    adds = replace(first.performance, rig=with_correctives(m.rig, m, bulge), weights=weights)
+    found = relearn_shapes(replace(first, performance=adds), CONFIG)
+    added = found.deltas[smile][:, m.front].sum(axis=0) - m.rig.deltas[smile][:, m.front].sum(axis=0)
+    inner = m.fade == 1
+    low = m.neutral[:, 1] < m.neutral[:, 1].mean() - 15
+    np.testing.assert_allclose(np.median(added[inner & low, 2]), 2.0, atol=0.2)
 
 
 def test_a_blank_face_no_picture_or_too_few_frames_leave_the_rig_as_it_is():

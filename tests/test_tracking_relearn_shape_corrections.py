@@ -10,14 +10,14 @@ from mien.tracking.relearn.shape_corrections import (
     believed_corrections,
     corrections,
     foretold_share,
-    no_slip,
+    nothing_missed,
 )
 
 FRAMES, SHAPES, VERTICES = 80, 4, 12
 
 
 def summed(weights, slip):
-    sums = no_slip(weights.shape[1], slip.shape[1])
+    sums = nothing_missed(weights.shape[1], slip.shape[1])
     for t, (w, s) in enumerate(zip(weights, slip, strict=True)):
         sums.add(t * BLOCKS // len(weights), w, s.astype(np.float32))
     return sums

@@ -1,4 +1,4 @@
-"""A tracked take says what is wrong with the rig's shapes: where skin was seen to slip along the tracked face."""
+"""A tracked take says what its rig's shapes miss: what the final mesh adds to them, and how skin slips along it."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
@@ -13,7 +13,7 @@ from ...rig import Performance, Rig
 from ...transforms import Transform
 from ..model import TrackingModel
 from .front_chart import ChartedFrame, FrontChart, charted, front_chart
-from .shape_corrections import BLOCKS, CorrectionConfig, SlipSums, believed_corrections, no_slip
+from .shape_corrections import BLOCKS, CorrectionConfig, MissedMotion, believed_corrections, nothing_missed
 from .skin_slip import SlipConfig, calm_reference, skin_slip
 
 CALM_SHARE = 0.25
@@ -60,27 +60,29 @@ class FirstPass:
         """The front as it was tracked, face space, mm."""
         return self.performance.rig.vertices(self.performance.weights[number])[self.model.front]
 
+    def offset(self, number: int) -> Float32[np.ndarray, "f 3"]:
+        """What the final mesh adds to the shapes, mm."""
+        return (self.front(number) - self.model.blend(self.fitted[number])).astype(np.float32)
+
 
 def relearn_shapes(first: FirstPass, config: RelearnConfig = RelearnConfig(), progress: Progress = SILENT) -> Rig:
-    """The model's rig, its shapes corrected by how skin was seen to slip along the face; the same rig if nowhere.
+    """The model's rig, its shapes corrected by the motion of the skin that they missed; the same rig if there is none.
 
-    Depth shows nothing of motion along the skin, and the landmarks little: a shape that pulls a cheek up where this
-    person pulls it back fits the depth all the same. The picture shows it. Optical flow is noisy frame by frame, but
-    what comes back with the weights is the shapes' own.
+    Across the skin the depth tells it, as the final mesh does. Along the skin depth shows nothing, and the landmarks
+    little: a shape that pulls a cheek up where this person pulls it back fits the depth all the same. The picture shows
+    it. Both are noisy frame by frame, but what comes back with the weights is the shapes' own.
     """
     tracked = np.flatnonzero(first.performance.tracked)
     if not config.frames or len(tracked) < config.least:
         return first.model.rig
-    calm = calm_numbers(first, tracked, min(config.calm, int(CALM_SHARE * len(tracked))))
-    chart = front_chart(first.model, config.slip.pixel_mm)
-    resting = [frame for _, frame in first.charted(chart, calm)]
-    if not resting:
+    numbers = calm_numbers(first, tracked, min(config.calm, int(CALM_SHARE * len(tracked))))
+    calm = calm_look(first, numbers, config.slip)
+    if calm is None:
         return first.model.rig
-    reference = calm_reference(resting, config.slip)
-    standing = np.mean([skin_slip(chart, frame, reference, config.slip) for frame in resting], axis=0)
     looked = tracked[:: -(-len(tracked) // config.frames)]
-    sums = summed_slip(first, chart, reference, standing, looked, config.slip, progress)
-    found = believed_corrections(sums, first.model, config.corrections)
+    along, across = missed_motion(first, calm, looked, config.slip, progress)
+    found = believed_corrections(along, first.model, config.corrections)
+    found += believed_corrections(across, first.model, config.corrections)
     return bent_rig(first.model, found) if found.any() else first.model.rig
 
 
@@ -93,23 +95,44 @@ def calm_numbers(first: FirstPass, tracked: Int[np.ndarray, " n"], most: int) ->
     return np.sort(tracked[np.argsort(motion, kind="stable")[:most]])
 
 
-def summed_slip(
-    first: FirstPass,
-    chart: FrontChart,
-    reference: Float32[np.ndarray, "h w"],
-    standing: Float32[np.ndarray, "f 3"],
-    looked: Int[np.ndarray, " n"],
-    config: SlipConfig,
-    progress: Progress,
-) -> SlipSums:
-    """The slip of all frames looked at, less what stands in calm ones, by tenths of the take."""
-    sums = no_slip(first.model.shapes, len(first.model.front))
-    for done, (number, frame) in enumerate(first.charted(chart, looked)):
-        slip = skin_slip(chart, frame, reference, config)
+@dataclass(frozen=True)
+class CalmLook:
+    """The face at rest: what other frames are compared with."""
+
+    chart: FrontChart
+    reference: Float32[np.ndarray, "h w"]
+    """What the skin shows."""
+    slip: Float32[np.ndarray, "f 3"]
+    """Slip that stands there, mm."""
+    offset: Float32[np.ndarray, "f 3"]
+    """What the final mesh adds there, mm."""
+
+
+def calm_look(first: FirstPass, calm: Int[np.ndarray, " c"], config: SlipConfig) -> CalmLook | None:
+    """What calm frames show; None where they have no picture."""
+    chart = front_chart(first.model, config.pixel_mm)
+    frames = [frame for _, frame in first.charted(chart, calm)]
+    if not frames:
+        return None
+    reference = calm_reference(frames, config)
+    slip = np.mean([skin_slip(chart, frame, reference, config) for frame in frames], axis=0)
+    offset = np.mean([first.offset(number) for number in calm.tolist()], axis=0)
+    return CalmLook(chart, reference, slip, offset)
+
+
+def missed_motion(
+    first: FirstPass, calm: CalmLook, looked: Int[np.ndarray, " n"], config: SlipConfig, progress: Progress
+) -> tuple[MissedMotion, MissedMotion]:
+    """Along the skin by the picture, and by the final mesh; of the frames looked at, from the face at rest."""
+    shapes, vertices = first.model.shapes, len(first.model.front)
+    along, across = nothing_missed(shapes, vertices), nothing_missed(shapes, vertices)
+    for done, (number, frame) in enumerate(first.charted(calm.chart, looked)):
         block = int(np.searchsorted(looked, number)) * BLOCKS // len(looked)
-        sums.add(block, first.fitted[number], slip - standing)
+        weights = first.fitted[number]
+        along.add(block, weights, skin_slip(calm.chart, frame, calm.reference, config) - calm.slip)
+        across.add(block, weights, first.offset(number) - calm.offset)
         progress.update("looking where skin slips", done + 1, len(looked))
-    return sums
+    return along, across
 
 
 def bent_rig(model: TrackingModel, corrections: Float[np.ndarray, "k f 3"]) -> Rig:

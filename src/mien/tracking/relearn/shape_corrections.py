@@ -1,4 +1,4 @@
-"""What the slip of the skin says of a rig's shapes: a ridge regression on the weights, believed where it foretells."""
+"""What motion that a rig's shapes miss says of them: a ridge regression on the weights, believed where it foretells."""
 
 from dataclasses import dataclass
 
@@ -12,47 +12,47 @@ from ..model import TrackingModel
 BLOCKS = 10
 """Parts of the take that are left out by turns."""
 FAINT_MM = 0.05
-"""Slip of this size is as good as none: it foretells nothing."""
+"""Motion of this size is as good as none: it is not foretold."""
 
 
 @dataclass(frozen=True)
 class CorrectionConfig:
-    """How far slip is believed."""
+    """How far motion that the shapes miss is believed to be theirs."""
 
     ridge: float = 0.15
     """Weight of each squared correction a frame: shapes whose mean squared weight is less change by less than half."""
     doubtful: float = 0.45
-    """Share of the slip round a vertex, in parts of the take left out by turns, that corrections must foretell before
-    they change it. Where skin is smooth, flow follows shades, which come back with the weights too: up to 0.42 on
-    staged films that corrections make worse."""
+    """Share of the missed motion round a vertex, in parts of the take left out by turns, that corrections must foretell
+    before they change it. Where skin is smooth, flow follows shades, which come back with the weights too: up to 0.42
+    on staged films that corrections make worse."""
     believed: float = 0.75
     """The share from which on corrections are taken whole."""
 
 
 @dataclass
-class SlipSums:
-    """Normal equations of slip on weights, a part of the take each: as much memory for any length."""
+class MissedMotion:
+    """Normal equations of missed motion on weights, a part of the take each: as much memory for any length."""
 
     gram: Float[np.ndarray, "blocks k k"]
     """W'W."""
     product: Float32[np.ndarray, "blocks k f3"]
     """W's."""
     square: Float[np.ndarray, "blocks f"]
-    """Squared length of the slip, mm^2."""
+    """Squared length of the motion, mm^2."""
     frames: int = 0
     """Frames that were counted."""
 
-    def add(self, block: int, weights: Float[np.ndarray, " k"], slip: Float32[np.ndarray, "f 3"]) -> None:
+    def add(self, block: int, weights: Float[np.ndarray, " k"], missed: Float32[np.ndarray, "f 3"]) -> None:
         """Count a frame to one of the parts."""
         self.frames += 1
         self.gram[block] += np.outer(weights, weights)
-        self.product[block] += np.outer(weights, slip).astype(np.float32)
-        self.square[block] += (slip.astype(np.float64) ** 2).sum(axis=1)
+        self.product[block] += np.outer(weights, missed).astype(np.float32)
+        self.square[block] += (missed.astype(np.float64) ** 2).sum(axis=1)
 
 
-def no_slip(shapes: int, vertices: int) -> SlipSums:
+def nothing_missed(shapes: int, vertices: int) -> MissedMotion:
     """Nothing seen yet."""
-    return SlipSums(
+    return MissedMotion(
         gram=np.zeros((BLOCKS, shapes, shapes)),
         product=np.zeros((BLOCKS, shapes, 3 * vertices), np.float32),
         square=np.zeros((BLOCKS, vertices)),
@@ -64,10 +64,10 @@ def corrections(gram: Float[np.ndarray, "k k"], product: Float32[np.ndarray, "k 
     return np.linalg.solve(gram + ridge * np.eye(len(gram)), product)
 
 
-def foretold_share(sums: SlipSums, near: sp.csr_matrix, ridge: float) -> Float[np.ndarray, " f"]:
-    """The share of the squared slip round each vertex that corrections learnt from the other parts foretell.
+def foretold_share(sums: MissedMotion, near: sp.csr_matrix, ridge: float) -> Float[np.ndarray, " f"]:
+    """The share of the squared motion missed round each vertex that corrections learnt from the other parts foretell.
 
-    `near` (f, f) averages over neighbours. At most 1, and below 0 where they make it worse. With s the slip, W the
+    `near` (f, f) averages over neighbours. At most 1, and below 0 where they make it worse. With s the motion, W the
     weights of a part and G what the others say, |s - W G|^2 = |s|^2 - 2 G.(W's) + G.(W'W G), vertex by vertex.
     """
     gram, product = sums.gram.sum(axis=0), sums.product.sum(axis=0)
@@ -87,8 +87,10 @@ def averaging(faces: np.ndarray, vertices: int) -> sp.csr_matrix:
     return sp.csr_matrix(once @ once)
 
 
-def believed_corrections(sums: SlipSums, model: TrackingModel, config: CorrectionConfig) -> Float[np.ndarray, "k f 3"]:
-    """What is added to the front of each shape, mm at weight 1: nothing where slip is not foretold, or on the rim."""
+def believed_corrections(
+    sums: MissedMotion, model: TrackingModel, config: CorrectionConfig
+) -> Float[np.ndarray, "k f 3"]:
+    """What is added to the front of each shape, mm at weight 1: nothing where it foretells nothing, or on the rim."""
     ridge = config.ridge * sums.frames
     found = corrections(sums.gram.sum(axis=0), sums.product.sum(axis=0), ridge)
     share = foretold_share(sums, averaging(model.faces, len(model.front)), ridge)
