@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 
 from marker_stage import acted, small_model
-from mien.markers.between_markers import MotionCovariance
 from mien.markers.left_out import LeftOutConfig, LeftOutError, folds, jitter_of, leave_markers_out, left_out_doubt
 from mien.takes.frame_solve import SolveConfig
+from mien.takes.motion_covariance import MotionCovariance
 from mien.transforms import Transform
 
 LOOSE = SolveConfig(sparsity=0.0, ridge=1e-6, still_power=0.0)

@@ -8,8 +8,9 @@ from jaxtyping import Float
 from ..clip import visible
 from ..takes.frame_solve import SolveConfig, solve_frames
 from ..takes.marker_model import MarkerModel
+from ..takes.motion_covariance import MotionCovariance
 from ..transforms import Transform
-from .between_markers import BetweenConfig, MotionCovariance, carry_share
+from .between_markers import BetweenConfig, carry_share
 
 RATE = 30.0
 """Frames a second that the chosen frames are said to have; without smoothness nothing depends on it."""

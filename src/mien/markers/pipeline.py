@@ -16,11 +16,12 @@ from ..takes.face_cluster import FaceClusterConfig, FaceMarkers, find_face, name
 from ..takes.frame_solve import FrameSolve, SolveConfig, solve_frames
 from ..takes.gaps import GapConfig, fill_gaps
 from ..takes.marker_model import marker_model
+from ..takes.motion_covariance import motion_covariance
 from ..takes.outliers import Cleaned, OutlierConfig, remove_outliers
 from ..takes.stabilise import StabiliseConfig, stabilise
 from ..takes.world import turn_y_up
 from ..transforms import Transform
-from .between_markers import BetweenConfig, carry_between_markers, motion_covariance
+from .between_markers import BetweenConfig, carry_between_markers
 from .calibrate import CalibrateConfig, Calibration, calibrate, calibrate_by_hand
 from .left_out import LeftOutConfig, LeftOutError, leave_markers_out, left_out_doubt
 from .personalise_shapes import PersonaliseConfig, personalise_shapes, shape_corrections, spline
@@ -197,7 +198,7 @@ def carry_between(
     """Bend the shapes between the markers as far as carried motion tells left-out markers better, and solve again."""
     skin, between, covariance = face.parts["skin"], config.between, None
     if depth_known and between.most > 0:
-        covariance = motion_covariance(unbent.rig, unbent.attachment, skin, between)
+        covariance = motion_covariance(unbent.rig, unbent.attachment, skin, between.motion)
     left_out = leave_markers_out(
         model=marker_model(unbent.rig, unbent.attachment, unbent.standoff),
         positions=lab,

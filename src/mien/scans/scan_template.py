@@ -13,6 +13,7 @@ from ..fitting.template_parts import TemplateParts, extrapolate_hidden, move_rig
 from ..mesh import Attachment, Mesh, closest_point, in_largest_part, submesh
 from ..mesh.subdivide import loop_refinement
 from ..register import NonrigidConfig, Surface, Template
+from ..rig import Rig
 
 FINE_REGIONS: tuple[str, ...] = (
     "forehead_left", "forehead_right", "eye_left", "eye_right", "cheek_left", "cheek_right", "mouth", "chin",
@@ -53,6 +54,8 @@ class ScanTemplate:
     """How far the bundled face's shapes move each of the skin's vertices, rms over the shapes, mm."""
     sides: Int[np.ndarray, " n"]
     """Which of two lips or lids each vertex is of (see `register.sides`); 0 elsewhere."""
+    person: Rig | None = None
+    """The bundled face's skin on the reference scan, not subdivided, with its expressions."""
 
     @cached_property
     def body(self) -> Template:
@@ -106,7 +109,17 @@ def make_template(mesh: Mesh, face: BundledFace, off_face: float = 0.15) -> Scan
         fine_weight=_fine_weight(mesh.vertices, trust, face)[members],
         mobility=np.sqrt(np.mean(moved, axis=0)),
         sides=_carried_sides(from_bundled, body.sides),
+        person=_person(mesh, face),
     )
+
+
+def _person(mesh: Mesh, face: BundledFace) -> Rig:
+    """The bundled face's skin, and how it moves, where its coarse vertices, the first, are on a mesh."""
+    neutral = face.rig.neutral.with_vertices(mesh.vertices[: len(face.rig.neutral.vertices)])
+    deltas = face.fitted_deltas(neutral.vertices)
+    on_skin = np.isin(neutral.faces, face.parts["skin"]).all(axis=1)
+    skin, members = submesh(neutral, np.flatnonzero(on_skin))
+    return Rig(skin, deltas[:, members], face.rig.names)
 
 
 def _carried_sides(carry: sp.csr_matrix, sides: Int[np.ndarray, " k"]) -> Int[np.ndarray, " n"]:
@@ -153,6 +166,7 @@ def own_template(mesh: Mesh, bundled: ScanTemplate) -> ScanTemplate:
         fine_weight=D @ bundled.fine_weight,
         mobility=D @ bundled.mobility,
         sides=_carried_sides(D, bundled.sides),
+        person=bundled.person,
     )
 
 

@@ -1,8 +1,8 @@
 """Large-scale registration: the template deformed to every scan (Huang et al. 2011, sec. 6.1, eq. 7).
 
 Beside the paper: lips and lids, which have few markers or none, are held by landmarks, on the template where the
-detector saw them on the neutral scan, so that its own bias takes itself off; and the
-two lips, or lids of an eye, never match each other.
+detector saw them on the neutral scan, so that its own bias takes itself off; the two lips, or lids of an eye, never
+match each other; and skin that no marker is near is held where it is expected (`unmarked_skin`).
 """
 
 from dataclasses import dataclass, field
@@ -15,18 +15,21 @@ from ...landmarks.detector import bundled_landmarks
 from ...mesh import Attachment, Mesh, closest_point
 from ...register import Anchors, NonrigidConfig, Surface
 from ..scan_template import ScanTemplate
+from .unmarked_skin import UnmarkedConfig, unmarked_anchors
 
 
 @dataclass(frozen=True)
 class LargeScaleConfig:
-    """The large-scale step (sec. 6.1, eq. 7), with the paper's weights."""
+    """The large-scale step (sec. 6.1, eq. 7), with the paper's weights but w2."""
 
-    nonrigid: NonrigidConfig = field(default_factory=lambda: NonrigidConfig(coarse=()))
-    """w1 = 10000, w2 = 1, w3 = 0.1, 0.5, 2."""
+    nonrigid: NonrigidConfig = field(default_factory=lambda: NonrigidConfig(coarse=(), laplacian=5.0, plane=1.0))
+    """w1 = 10000, w3 = 0.1, 0.5, 2 as in the paper; w2 = 5 where it has 1, since points slide along the scan freely."""
     landmarks: float = 0.1
     """Weight of lip and lid landmarks, against `nonrigid.markers` of a marker; 0: none, as in the paper."""
     landmark_slack: float = 1.5
     """A landmark on which the views disagree by this much counts half, mm."""
+    unmarked: UnmarkedConfig = UnmarkedConfig()
+    """Where skin is expected that no marker is near."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +70,10 @@ def register(
     anchors = Anchors(attachment, target.skin_points, target.covered.astype(float))
     if target.landmarks is not None and config.landmarks:
         anchors = _joined(anchors, _landmark_anchors(template, *target.landmarks, config))
+    scale = 1 / config.nonrigid.markers
+    expected = unmarked_anchors(template, attachment, target.skin_points, target.covered, config.unmarked, scale)
+    if expected is not None:
+        anchors = _joined(anchors, expected)
     found = template.body.register(
         Surface(target.mesh), anchors, config.nonrigid, trust=template.trust, sides=template.sides
     )
