@@ -76,10 +76,10 @@ def test_eight_shapes_keep_a_staged_face_s_detail(stage, model):
     assert wrinkles.kept > 0.85
 
 
-def test_bytes_are_those_of_surfaces_and_coefficients():
+def test_bytes_are_those_of_surfaces_coefficients_and_limits():
     clips = training()
     model = fit_detail(clips, DetailConfig(base=BaseConfig(vertices=0), medium_size=24, fine_size=0))
     data, maps, halves = storage_bytes(clips, model)
     assert data == 16 * 33 * 33 * 3 * 4
-    assert maps == len(model.medium.texels.pixels) * 18 * 4
+    assert maps == len(model.medium.texels.pixels) * (18 + 6) * 4
     assert halves == maps // 2
