@@ -62,7 +62,7 @@ def test_a_hand_at_another_depth_does_not_end_the_take():
 
 
 def test_a_take_is_tracked_anew_with_the_shapes_that_it_taught(monkeypatch):
-    """A live source and a hidden face are walked through once, and shapes that stay as they are serve once too."""
+    """A live source, a hidden face and colour alone are walked through once, as is a take that teaches nothing."""
     take, landmarker = played()
     rig, asked = stage.person(), []
     smaller = replace(rig, deltas=0.5 * rig.deltas)
@@ -84,6 +84,8 @@ def test_a_take_is_tracked_anew_with_the_shapes_that_it_taught(monkeypatch):
     assert again.performance.weights[:, jaw].max() > 1.3 * first.performance.weights[:, jaw].max()
     for config in (TrackTakeConfig(live=True), TrackTakeConfig(hidden="upper")):
         track_take(take, rig, stage.landmarks(), landmarker, config)
+    colour = replace(take, has_depth=False, frames=lambda: (replace(frame, depth=None) for frame in take))
+    track_take(colour, rig, stage.landmarks(), landmarker)
     assert len(asked) == 1
     monkeypatch.setattr("mien.tracking.pipeline.relearn_shapes", lambda first, config, progress: rig)
     once = []

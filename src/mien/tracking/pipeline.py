@@ -47,7 +47,7 @@ class TrackTakeConfig:
     nothing holds the head at its distance: with all of its weight it wandered twice as far."""
     correctives: CorrectiveConfig = field(default_factory=CorrectiveConfig)
     relearn: RelearnConfig = field(default_factory=RelearnConfig)
-    """The second pass, with shapes relearnt from the first; not for a live source or a hidden face."""
+    """The second pass, with shapes relearnt from the first; not for a live source, a hidden face or colour alone."""
     hidden: Literal["upper"] | None = None
     """What a headset hides: the upper face, whose skin, landmarks and shapes are then left out; None: nothing."""
     late: bool = False
@@ -113,7 +113,7 @@ def track_take(
     found = _walked(take, model, seen, config, progress, timer, watch)
     if config.hidden:
         return replace(found, performance=with_upper_shapes(found.performance, rig))
-    if config.live:
+    if config.live or not take.has_depth:
         return found
     first = FirstPass(take, model, found.performance, found.fitted, T_WORLD_CAMERA)
     relearnt = relearn_shapes(first, config.relearn, progress)
