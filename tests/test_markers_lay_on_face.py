@@ -8,6 +8,7 @@ import pytest
 from marker_stage import held, region
 from mien.faces import load_face
 from mien.markers.lay_on_face import OTHER_WAY_MM, LayConfig, OffFaceConfig, lay_on_face, margin_over, off_face
+from mien.mesh import Attachment
 from mien.register.align import AlignConfig
 from mien.takes.marker_model import marker_model
 
@@ -55,3 +56,17 @@ def test_an_alignment_that_slides_and_one_the_other_way_round_have_margins_of_th
     assert margin_over(squared, apart > 8) == (0.0, 4.0)
     assert margin_over(squared, apart > OTHER_WAY_MM) == (0.5, 16.0)
     assert margin_over(squared, apart > 200) == (1.0, np.inf)
+
+
+def test_a_calm_frame_that_misleads_is_left_for_another(monkeypatch):
+    face, rng, all_places = load_face(), np.random.default_rng(4), held()
+    places = Attachment(all_places.faces[:20], all_places.barycentric[:20])
+    weights = np.zeros((FRAMES, 52))
+    weights[:, face.rig.names.index("jawOpen")] = np.linspace(0, 0.5, FRAMES)
+    take = marker_model(face.rig, places, np.full(20, 3.0)).points(weights) + rng.normal(0, 0.1, (FRAMES, 20, 3))
+    clouds = {25: take.mean(axis=(0, 1)) + rng.uniform(-70, 70, (20, 3)), 3: take[3]}
+    monkeypatch.setattr("mien.markers.lay_on_face.calm_frames", lambda positions: list(clouds))
+    monkeypatch.setattr("mien.markers.lay_on_face.mean_cloud", lambda positions, frame: clouds[frame])
+    config = replace(QUICK, off_face=OffFaceConfig(suspect_mm=np.inf))
+    assert lay_on_face(take, face, region(), config=config).shape_mm < 1
+    assert lay_on_face(take, face, region(), config=replace(config, calm=1)).shape_mm > 3

@@ -59,6 +59,10 @@ class LayConfig:
     off_face: OffFaceConfig = OffFaceConfig()
     frames: int = 120
     """Frames of the take that each alignment must explain."""
+    clear_margin: float = 0.15
+    """An alignment that is better than all others by less than this share is looked for in other calm frames too ..."""
+    calm: int = 3
+    """... so many in all."""
     rounds: int = 6
     """... and rounds that its identity fit gets."""
 
@@ -114,24 +118,37 @@ def lay_on_face(
 ) -> Laid:
     """The alignment of a stabilised take (head frame, mm) with the face's `region` whose person explains it best.
 
-    All markers are on the face, unless one of them then lies far from it; after that up to a third may be off it, and
-    are found by robust alignment.
+    Told from the frame that the take dwells at most; where that leaves it unclear, from the first of a few others that
+    does not and explains the motion better, since what is held may be an expression.
 
     Raises:
         BadInput: no alignment brings the markers near a face.
     """
-    cloud = mean_cloud(positions, calm_frames(positions)[0])
-    frames = trial_frames(len(positions), config)
-    ask = (positions[frames], cloud, face, region, metric, config)
-    laid = _best(_trials(*ask, progress), cloud, config)
+    sample = positions[trial_frames(len(positions), config)]
+    first, *others = calm_frames(positions)[: config.calm]
+    laid = _lay_cloud(sample, mean_cloud(positions, first), face, region, metric, config, progress)
+    if laid.margin >= config.clear_margin:
+        return laid
+    for frame in others:
+        other = _lay_cloud(sample, mean_cloud(positions, frame), face, region, metric, config, progress)
+        if other.margin >= config.clear_margin and other.residual_mm < laid.residual_mm:
+            return other
+    return laid
+
+
+def _lay_cloud(sample, cloud, face, region, metric, config: LayConfig, progress: Progress) -> Laid:
+    """All markers are on the face, unless one of them then lies far from it: then up to a third may be off it, found by
+    robust alignment."""
+    trials = _trials(sample, cloud, face, region, metric, config, progress)
+    laid = _best(trials, cloud, config)
     from_skin = on_skin(laid.identity, cloud, skin_triangles(face), config.off_face.suspect_mm).residuals
     if from_skin.max() < config.off_face.suspect_mm:
         return laid
-    robust = _robust_trials(*ask, progress)
+    robust = _robust_trials(sample, cloud, face, region, metric, config, progress)
     if not robust:
         return laid
     found = _best(robust, cloud, config)
-    return found if len(found.kept) < positions.shape[1] and found.shape_mm < laid.shape_mm else laid
+    return found if len(found.kept) < sample.shape[1] and found.shape_mm < laid.shape_mm else laid
 
 
 def try_alignment(
