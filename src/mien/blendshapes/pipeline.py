@@ -1,7 +1,7 @@
 """Captures to a rig whose textures blend with its shapes (Casas et al. 2016, fig. 2)."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Literal
 
@@ -11,6 +11,7 @@ from ..mesh import Mesh
 from ..one_line import one_line
 from ..progress import SILENT, Progress
 from .assemble import completed, with_masks
+from .build.lower_teeth import lower_teeth_behind_skin
 from .build.masks import TexturedRig
 from .captures import Capture
 from .corrections import NOTHING, Correction, without_painted
@@ -75,4 +76,6 @@ def build_rig(
     textured = with_masks(calm, shapes, face, config)
     if arkit:
         textured = completed(textured, calm, shapes, face, config)
+    if calm.own is None:
+        textured = replace(textured, rig=lower_teeth_behind_skin(textured.rig, face))
     return BuiltRig(textured, calm, tuple(shapes), tuple(left_out))
