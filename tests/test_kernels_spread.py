@@ -4,7 +4,7 @@ import threading
 
 import pytest
 
-from mien._kernels._spread import cores, side_by_side, single_threaded, spread
+from mien._kernels._spread import cores, pool_of_generator, side_by_side, single_threaded, spread
 
 
 def pieces(rows: int, threads: int) -> list[tuple[int, int]]:
@@ -52,3 +52,24 @@ def test_things_side_by_side_come_out_in_their_order():
     assert side_by_side(lambda x: x, []) == []
     with pytest.raises(ZeroDivisionError):
         side_by_side(lambda x: 1 / x, [1, 0])
+
+
+def test_a_generator_that_is_given_up_waits_for_no_thread():
+    begun, go = threading.Event(), threading.Event()
+
+    def work():
+        begun.set()
+        return go.wait(30)
+
+    def handing_out():
+        with pool_of_generator(1) as pool:
+            yield pool.submit(work), pool.submit(work)
+
+    walk = handing_out()
+    busy, queued = next(walk)
+    begun.wait(30)
+    walk.close()
+    assert not busy.done()
+    assert queued.cancelled()
+    go.set()
+    assert busy.result(30)

@@ -5,8 +5,9 @@ Cheaper to compile than `parallel=True`, and safe where the caller itself runs i
 
 import os
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from typing import Any
 
 _here = threading.local()
@@ -33,6 +34,20 @@ def spread(work: Callable[[int, int], object], rows: int, threads: int = 0) -> N
     with ThreadPoolExecutor(threads) as pool:
         for _ in pool.map(work, ends[:-1], ends[1:]):
             pass
+
+
+@contextmanager
+def pool_of_generator(threads: int, start: Callable[[], object] | None = None) -> Iterator[ThreadPoolExecutor]:
+    """Threads for a generator to hand work to: at its end what has not begun is dropped, and nothing is waited for.
+
+    A generator that is given up halfway may be ended by the garbage collector in any thread, also in one that is only
+    starting: threads joined there, as a pool's own `with` does, are waited for forever.
+    """
+    pool = ThreadPoolExecutor(threads, initializer=start)
+    try:
+        yield pool
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
 
 
 def side_by_side(work: Callable[[Any], Any], things: Sequence[Any]) -> list[Any]:

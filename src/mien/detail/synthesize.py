@@ -1,13 +1,13 @@
 """From markers to a detailed face, frame by frame (Ma et al. 2008, sec. 5)."""
 
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
 from jaxtyping import Float, Float32, Int
 
+from .._kernels._spread import pool_of_generator
 from ..mesh import Attachment, Mesh, loop_subdivide
 from ..mesh.subdivide import Refinement
 from ..pictures.color import to_srgb
@@ -102,7 +102,7 @@ class Synthesizer:
 
     def frames(self, markers: Float[np.ndarray, "frames k 3"], workers: int = 2) -> Iterator[SynthesizedFrame]:
         """All frames in order, `workers` of them at a time: parallel over frames, not inside one."""
-        with ThreadPoolExecutor(workers) as pool:
+        with pool_of_generator(workers) as pool:
             waiting = []
             for frame in markers:
                 waiting.append(pool.submit(self.frame, frame))

@@ -2,11 +2,12 @@
 
 from collections import deque
 from collections.abc import Iterable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
 from typing import Protocol, runtime_checkable
 
 import numpy as np
 
+from .._kernels._spread import pool_of_generator
 from ..depth import RGBDFrame
 from ..errors import BadInput
 from .detector import Landmarks2D
@@ -31,7 +32,7 @@ def with_landmarks(
         late: give each frame the landmarks of the frame before, as a live source must: they are worked out while that
             one is tracked, and a frame waits only where they take longer still. The first frame then has none.
     """
-    with ThreadPoolExecutor(max_workers=1, thread_name_prefix="landmarks") as pool:
+    with pool_of_generator(1) as pool:
         yield from (_late if late else _waiting)(iter(frames), landmarker, pool, ahead)
 
 

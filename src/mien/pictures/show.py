@@ -2,14 +2,13 @@
 
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float, UInt8
 from scipy.spatial.transform import Rotation
 
-from .._kernels._spread import cores, single_threaded
+from .._kernels._spread import cores, pool_of_generator, single_threaded
 from ..errors import BadInput
 from ..mesh import ClosestPoint, Mesh, Scan
 from ..progress import SILENT, Progress
@@ -259,14 +258,10 @@ def film_frames(performance: Performance, fps: float) -> tuple[range, float]:
 def side_by_side(work: Callable, items: Iterable) -> Iterator:
     """`map(work, items)` in order on all cores, a few ahead, so that a long film never lies in memory whole."""
     ahead = deque()
-    with ThreadPoolExecutor(cores(), initializer=single_threaded) as pool:
-        try:
-            for item in items:
-                ahead.append(pool.submit(work, item))
-                if len(ahead) > 2 * cores():
-                    yield ahead.popleft().result()
-            while ahead:
+    with pool_of_generator(cores(), single_threaded) as pool:
+        for item in items:
+            ahead.append(pool.submit(work, item))
+            if len(ahead) > 2 * cores():
                 yield ahead.popleft().result()
-        finally:
-            for future in ahead:
-                future.cancel()
+        while ahead:
+            yield ahead.popleft().result()
