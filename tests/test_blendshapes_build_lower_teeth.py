@@ -7,6 +7,8 @@ import pytest
 
 from mien.blendshapes.build.lower_teeth import LEAST_MM, lower_teeth_behind_skin, skin_before_teeth, with_arch
 from mien.faces import load_face
+from mien.fitting.template_parts import TemplateParts
+from mien.mesh import Mesh
 from mien.rig import Rig
 
 
@@ -23,7 +25,8 @@ def tight() -> Rig:
 
 def before_teeth(rig: Rig, weights) -> float:
     posed = rig.neutral.vertices + np.tensordot(weights, rig.deltas, axes=1)
-    return skin_before_teeth(posed, rig.neutral, load_face())
+    skin = rig.neutral.faces[TemplateParts(load_face()).skin_faces]
+    return skin_before_teeth(Mesh(posed, skin), load_face())
 
 
 def test_two_shapes_that_bring_teeth_through_make_them_smaller(tight):

@@ -7,6 +7,7 @@ from jaxtyping import Float, Int
 
 from ..faces.bundled import BundledFace
 from ..fitting.marker_identity import IdentityFit, fit_identity, on_closest, on_skin
+from ..fitting.template_parts import TemplateParts
 from ..fitting.terms import surface_points
 from ..mesh import Attachment
 from ..progress import SILENT, Progress
@@ -15,7 +16,7 @@ from ..rig import Rig
 from ..takes.frame_solve import FrameSolve
 from ..takes.stabilise import calm_frames, mean_cloud
 from ..transforms import Transform
-from .lay_on_face import LayConfig, Trial, lay_on_face, skin_triangles, solve_trial, trial_frames, try_alignment
+from .lay_on_face import LayConfig, Trial, lay_on_face, solve_trial, trial_frames, try_alignment
 from .neutral import FindNeutralConfig, Neutral, find_neutral
 from .plausibility import PlausibilityConfig, refuse_no_face
 from .refine_attachment import RefineConfig, refine_attachment
@@ -151,5 +152,5 @@ def _refine(positions, cloud, face, region, trial: Trial, metric, config, progre
         solved = solve_trial(positions, cloud, face.person(fit.coefficients), fit, metric, config.lay.trial)
         progress.update("placing the markers", number + 1, config.rounds)
     fit = on_closest(fit, cloud, region)
-    fit = on_skin(fit, cloud, skin_triangles(face), config.lay.off_face.suspect_mm)
+    fit = on_skin(fit, cloud, TemplateParts(face).skin_faces, config.lay.off_face.suspect_mm)
     return fit, solve_trial(positions, cloud, face.person(fit.coefficients), fit, metric, config.lay.trial)

@@ -8,6 +8,7 @@ from jaxtyping import Bool, Float, Int
 from ..errors import BadInput
 from ..faces.bundled import BundledFace
 from ..fitting.marker_identity import IdentityConfig, IdentityFit, fit_identity, on_closest, on_skin
+from ..fitting.template_parts import TemplateParts
 from ..mesh import ClosestPoint, Mesh, submesh, vertex_normals
 from ..progress import SILENT, Progress
 from ..register.align import AlignConfig, align
@@ -141,7 +142,7 @@ def _lay_cloud(sample, cloud, face, region, metric, config: LayConfig, progress:
     robust alignment."""
     trials = _trials(sample, cloud, face, region, metric, config, progress)
     laid = _best(trials, cloud, config)
-    from_skin = on_skin(laid.identity, cloud, skin_triangles(face), config.off_face.suspect_mm).residuals
+    from_skin = on_skin(laid.identity, cloud, TemplateParts(face).skin_faces, config.off_face.suspect_mm).residuals
     if from_skin.max() < config.off_face.suspect_mm:
         return laid
     robust = _robust_trials(sample, cloud, face, region, metric, config, progress)
@@ -239,7 +240,7 @@ def fit_most(
 ) -> tuple[IdentityFit, Int[np.ndarray, " kept"]]:
     """The person under most of the markers, and which these are: robustly at first, then under those alone."""
     fit = fit_identity(cloud, face, region, T_face_head, config=replace(identity, fade_mm=config.fade_mm))
-    skin = skin_triangles(face)
+    skin = TemplateParts(face).skin_faces
     kept = np.flatnonzero(~off_face(on_skin(fit, cloud, skin, config.suspect_mm).residuals, config))
     again = replace(identity, rounds=config.refit_rounds)
     under = kept
@@ -258,13 +259,6 @@ def _cost(squared: float, kept: np.ndarray, cloud: np.ndarray, config: OffFaceCo
     """rms over all markers, those off the face as if they were just so, mm."""
     off = len(cloud) - len(kept)
     return float(np.sqrt((len(kept) * squared + off * config.least_mm**2) / len(cloud)))
-
-
-def skin_triangles(face: BundledFace) -> Int[np.ndarray, " triangles"]:
-    """Triangles of the whole skin, head and neck."""
-    skin = np.zeros(len(face.rig.neutral.vertices), dtype=bool)
-    skin[face.parts["skin"]] = True
-    return np.flatnonzero(skin[face.rig.neutral.faces].all(axis=1))
 
 
 def off_face(distances: Float[np.ndarray, " markers"], config: OffFaceConfig) -> Bool[np.ndarray, " markers"]:

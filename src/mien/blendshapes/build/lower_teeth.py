@@ -9,7 +9,8 @@ import numpy as np
 from jaxtyping import Float
 
 from ...faces.bundled import BundledFace
-from ...mesh import Mesh, submesh
+from ...fitting.template_parts import TemplateParts
+from ...mesh import Mesh
 from ...pictures.raycast import RayCaster
 from ...rig import Rig
 
@@ -27,18 +28,17 @@ MOVES_MM = 1.0
 
 def lower_teeth_behind_skin(rig: Rig, face: BundledFace) -> Rig:
     """The rig with as small a lower arch as its shapes ask for, each tried with the jaw open (bundled topology)."""
-    poses = _poses(rig, face)
+    poses, skin = _poses(rig, face), rig.neutral.faces[TemplateParts(face).skin_faces]
     for size in SIZES:
         vertices = with_arch(rig.neutral.vertices, face, size)
-        if all(skin_before_teeth(vertices + pose, rig.neutral, face) >= LEAST_MM for pose in poses):
+        if all(skin_before_teeth(Mesh(vertices + pose, skin), face) >= LEAST_MM for pose in poses):
             break
     return replace(rig, neutral=rig.neutral.with_vertices(vertices))
 
 
 def with_arch(vertices: Float[np.ndarray, "n 3"], face: BundledFace, size: float) -> Float[np.ndarray, "n 3"]:
     """Lower teeth and tongue smaller along x and z about the middle of the arch's ends."""
-    teeth = vertices[face.parts["lower_teeth"]]
-    middle = np.array([teeth[:, 0].mean(), 0.0, teeth[:, 2].min()])
+    middle = _middle(vertices[face.parts["lower_teeth"]])
     inside = np.concatenate([face.parts["lower_teeth"], face.parts["tongue"]])
     out = vertices.copy()
     out[inside] += (size - 1) * np.array([1.0, 0.0, 1.0]) * (vertices[inside] - middle)
@@ -58,15 +58,16 @@ def _poses(rig: Rig, face: BundledFace) -> list[Float[np.ndarray, "n 3"]]:
     return poses
 
 
-def skin_before_teeth(vertices: Float[np.ndarray, "n 3"], mesh: Mesh, face: BundledFace) -> float:
+def skin_before_teeth(skin: Mesh, face: BundledFace) -> float:
     """The least thickness of skin before a lower tooth, mm; negative where one has come through, inf where none is
-    covered."""
-    teeth = vertices[face.parts["lower_teeth"]]
-    middle = np.array([teeth[:, 0].mean(), 0.0, teeth[:, 2].min()])
-    outward = (teeth - middle) * [1.0, 0.0, 1.0]
+    covered. `skin` has all vertices of the bundled topology and the skin's triangles."""
+    teeth = skin.vertices[face.parts["lower_teeth"]]
+    outward = (teeth - _middle(teeth)) * [1.0, 0.0, 1.0]
     outward /= np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), 1e-9)
-    on_skin = np.zeros(len(vertices), bool)
-    on_skin[face.parts["skin"]] = True
-    skin, _ = submesh(mesh.with_vertices(vertices), np.flatnonzero(on_skin[mesh.faces].all(axis=1)))
     from_outside = RayCaster(skin).cast(teeth + OUTSIDE_MM * outward, -outward, OUTSIDE_MM + LARGEST_MM)
     return float(np.nanmin(OUTSIDE_MM - from_outside.distances, initial=np.inf))
+
+
+def _middle(teeth: Float[np.ndarray, "t 3"]) -> Float[np.ndarray, "3"]:
+    """Between the ends of the arch, at height 0."""
+    return np.array([teeth[:, 0].mean(), 0.0, teeth[:, 2].min()])
