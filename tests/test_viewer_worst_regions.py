@@ -53,7 +53,7 @@ def test_beside_the_record_a_folder_stands_for_the_scans_to_mend(registered):
         gather([registered, registered.parent])
 
 
-@pytest.mark.parametrize("told", ["{", "[]", '{"scans": {"a": {}}}'])
+@pytest.mark.parametrize("told", ["{", "[]", '{"scans": {"a": {}}}', '{"scans": {}, "markers": []}'])
 def test_what_is_no_record_is_named(registered, told):
     registered.write_text(told)
     with pytest.raises(BadInput, match="no record of registered scans"):

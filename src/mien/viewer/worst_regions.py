@@ -41,12 +41,18 @@ def read_regions(path: Path) -> dict[str, tuple[RegionMisfit, ...]]:
     Raises:
         BadInput: no such file, or no record of a folder of scans.
     """
+    return _read(path)[0]
+
+
+def _read(path: Path) -> tuple[dict[str, tuple[RegionMisfit, ...]], str | None]:
+    """The regions of every scan, and which scan rests, if the record says so."""
     try:
-        scans = json.loads(existing(path).read_text(encoding="utf-8"))["scans"]
-        found = {str(name): _regions(part) for name, part in scans.items()}
+        told = json.loads(existing(path).read_text(encoding="utf-8"))
+        found = {str(name): _regions(part) for name, part in told["scans"].items()}
+        resting = told.get("markers", {}).get("resting")
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise BadInput(f"{path}: is no record of registered scans ({error!r}); run `mien register` again") from error
-    return dict(sorted(found.items(), key=lambda item: _badness(item[1][0]), reverse=True))
+    return dict(sorted(found.items(), key=lambda item: _badness(item[1][0]), reverse=True)), resting
 
 
 def _badness(region: RegionMisfit) -> tuple[bool, float]:
@@ -71,9 +77,8 @@ def scans_to_mend(record: Path, folder: Path, suffixes: Sequence[str]) -> list[P
     Raises:
         BadInput: as `read_regions`, or these scans are not there.
     """
-    names = list(read_regions(record))
-    told = json.loads(record.read_text(encoding="utf-8"))
-    resting = told.get("markers", {}).get("resting")
+    regions, resting = _read(record)
+    names = list(regions)
     others = sorted(names[1:], key=lambda name: name != resting)
     found = []
     for name in (names[0], *others[:1]):
