@@ -5,7 +5,13 @@ import pytest
 
 from marker_files import NAMES, cells, refusal, take, wide_csv
 from mien.io.markers import read_marker_file, read_markers
-from mien.io.markers.tables.delimited_table import DelimitedTable, cells_to_numbers, positive_number, sniff_delimiter
+from mien.io.markers.tables.delimited_table import (
+    DelimitedTable,
+    cells_to_numbers,
+    commonest_delimiter,
+    positive_number,
+    sniff_delimiter,
+)
 
 
 def test_tables_that_are_none(tmp_path):
@@ -86,6 +92,13 @@ def test_sniff_delimiter():
         "\t",
         " ",
     ]
+
+
+def test_the_commonest_delimiter_of_a_small_table():
+    assert commonest_delimiter("time,brow") == ","
+    assert commonest_delimiter("time\tbrow, left\tlid") == "\t"
+    assert commonest_delimiter("0;1,5") == ";"  # as often as the decimal comma
+    assert commonest_delimiter("") == ";"
 
 
 def test_seconds(tmp_path):

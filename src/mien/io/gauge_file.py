@@ -10,9 +10,8 @@ from jaxtyping import Float
 
 from ..errors import BadInput
 from ..text.decode_text import decode_text
-from .markers.tables.delimited_table import cells_to_numbers, pad
+from .markers.tables.delimited_table import cells_to_numbers, commonest_delimiter, pad
 
-_DELIMITERS = ",;\t"
 _SECONDS = {"": 1.0, "s": 1.0, "sec": 1.0, "seconds": 1.0, "ms": 1e-3, "milliseconds": 1e-3, "us": 1e-6, "ns": 1e-9}
 _TIME = re.compile(r"(?:time|times|timestamp|t)?[\s_(\[]*(s|sec|seconds|ms|milliseconds|us|ns)?[)\]]*")
 """What a time column is called: time, t, seconds, time_ms, time (s), ..."""
@@ -43,7 +42,7 @@ def read_gauges(path: Path) -> GaugeTable:
         BadInput: no time column, no channel, a name twice, a cell that is no number, times that do not increase.
     """
     lines = [line for line in decode_text(path).splitlines() if line.strip()]
-    delimiter = max(_DELIMITERS, key=lines[0].count) if lines else ","
+    delimiter = commonest_delimiter(lines[0] if lines else "")
     rows = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=delimiter)]
     header, body = (rows[0], rows[1:]) if rows else ([], [])
     found = [_TIME.fullmatch(name.lower()) if name else None for name in header]

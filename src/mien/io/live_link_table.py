@@ -11,7 +11,7 @@ from jaxtyping import Float
 from ..errors import BadInput
 from ..rig.shape_names import match_names
 from ..text.decode_text import decode_text
-from .markers.tables.delimited_table import EMPTY, pad
+from .markers.tables.delimited_table import DELIMITERS, EMPTY, commonest_delimiter, pad
 
 SHAPES = (
     "EyeBlinkLeft", "EyeLookDownLeft", "EyeLookInLeft", "EyeLookOutLeft", "EyeLookUpLeft", "EyeSquintLeft",
@@ -33,7 +33,6 @@ NAMES = tuple(name[0].lower() + name[1:] for name in SHAPES)
 _TIMECODE = ("timecode", "time", "timestamp", "tc")
 _OTHER = ("blendshapecount", "frame", "index", "subject", "subjectname", "framenumber")
 """Columns that are neither times, shapes nor angles."""
-_DELIMITERS = ";\t,"
 _LOOKED_AT = 20
 """Lines among which the header stands."""
 _FEWEST = 10
@@ -55,7 +54,7 @@ def read_table(path: Path) -> tuple[list[str], list[list[str]]]:
     lines = decode_text(path).splitlines()
     titles = next((i for i, line in enumerate(lines[:_LOOKED_AT]) if _is_header(line)), 0)
     first = next((line for line in lines[titles:] if line.strip()), "")
-    delimiter = max(_DELIMITERS, key=first.count)
+    delimiter = commonest_delimiter(first)
     rows = [row for row in csv.reader(lines[titles:], delimiter=delimiter) if any(cell.strip() for cell in row)]
     header = [cell.strip() for cell in rows[0]] if rows else []
     body = [_mended(row, header, delimiter) for row in rows[1:]]
@@ -64,7 +63,7 @@ def read_table(path: Path) -> tuple[list[str], list[list[str]]]:
 
 def _is_header(line: str) -> bool:
     """Many cells, none of which is a number: some programs write a title or a note ahead of it."""
-    cells = re.split(f"[{_DELIMITERS}]", line)
+    cells = re.split(f"[{DELIMITERS}]", line)
     return len(cells) >= _FEWEST and not any(cell.strip(' "')[:1].isdigit() for cell in cells)
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from ..errors import BadInput
 from ..files import existing
 from ..text.decode_text import decode_text
+from .markers.tables.delimited_table import commonest_delimiter
 
 
 def read_name_map(path: str | Path) -> dict[str, str]:
@@ -25,7 +26,7 @@ def read_name_map(path: str | Path) -> dict[str, str]:
         if not isinstance(pairs, dict) or not all(isinstance(value, str) for value in pairs.values()):
             raise BadInput(f'{path}: needs one JSON object of names, {{"theirs": "jawOpen"}}')
         return pairs
-    delimiter = max(";\t,", key=text.count)
+    delimiter = commonest_delimiter(text)
     rows = [[cell.strip() for cell in row] for row in csv.reader(text.splitlines(), delimiter=delimiter) if any(row)]
     if not rows or any(len(row) < 2 or not row[0] or not row[1] for row in rows):
         raise BadInput(f"{path}: needs two columns, a name of each rig in every row: theirs,jawOpen")

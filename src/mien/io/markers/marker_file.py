@@ -8,6 +8,7 @@ from jaxtyping import Float
 
 from ...clip import Markers, visible
 from ...errors import BadInput
+from ...one_line import count
 from ...units import FACE_SPAN_MM, check_span, cloud_span, face_cluster, parse_unit, settle_unit
 from .marker_labels import (
     FEWEST_MARKERS,
@@ -148,8 +149,8 @@ def _face_alone(path: Path, raw: RawTake, mm: float) -> RawTake:
         return raw
     others = [label for i, label in enumerate(raw.labels) if i not in set(face.tolist())]
     line = (
-        f"{path}: {len(face)} markers stand together as a face's do and are read; {len(others)} others are left out "
-        f"({listed(others)}); solve and convert choose by name with --markers PATTERN"
+        f"{path}: {len(face)} markers stand together as a face's do and are read, {count(len(others), 'others')} "
+        f"left out ({listed(others)}); solve and convert choose by name with --markers PATTERN"
     )
     labels = tuple(raw.labels[i] for i in face)
     return replace(raw, positions=raw.positions[:, face], labels=labels, warnings=(*raw.warnings, line))

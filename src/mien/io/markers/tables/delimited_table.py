@@ -22,6 +22,8 @@ EMPTY = frozenset(["", *_SPELLINGS.split(" ")])
 HEADER_ROWS = 12
 """Rows among which a header is looked for: Motive and Cortex write five to seven ahead of the numbers."""
 
+DELIMITERS = ";\t,"
+"""What parts cells; the first ones first, since decimals may bear commas."""
 _FEWEST_DELIMITERS = 3
 """In one line of a table: a long table has five columns, a wide one more."""
 _SECONDS = {"ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9}
@@ -137,12 +139,17 @@ def cells_to_numbers(path: Path, rows: list[list[str]], row_numbers: list[int]) 
 
 
 def sniff_delimiter(text: str) -> str:
-    """`;`, tab or `,`, whichever stands in the first lines; `;` and tab first, since decimals may bear commas."""
+    """The first of `DELIMITERS` that a line at the head of the file has often enough for a table of markers."""
     head = text.splitlines()[:HEADER_ROWS]
-    for delimiter in ";\t,":
+    for delimiter in DELIMITERS:
         if any(line.count(delimiter) >= _FEWEST_DELIMITERS for line in head):
             return delimiter
     return BLANK
+
+
+def commonest_delimiter(text: str) -> str:
+    """What parts the cells of a table of two columns or more: of `DELIMITERS` the one that `text` has most of."""
+    return max(DELIMITERS, key=text.count)
 
 
 def pad(row: list[str], width: int) -> list[str]:
