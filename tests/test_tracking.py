@@ -207,9 +207,9 @@ def test_no_face_in_the_first_thirty_frames():
     made, _ = take()
     nobody = stage.Told(dict.fromkeys(round(f.time, 4) for f in made))
     with pytest.raises(BadInput, match="no face in the first 30 frames"):
-        track_take(made, stage.person(), stage.landmarks(), nobody)
+        track_take(replace(made, count=31), stage.person(), stage.landmarks(), nobody)
     short = replace(made, frames=lambda: iter(inputs()[0][:5]), count=5)
-    with pytest.raises(BadInput, match="no face"):
+    with pytest.raises(BadInput, match="no face in any of its 5 frames"):
         track_take(short, stage.person(), stage.landmarks(), nobody)
 
 

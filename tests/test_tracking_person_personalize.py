@@ -58,7 +58,7 @@ def test_without_depth_or_without_a_face_there_is_no_rig():
     with pytest.raises(BadInput, match="has no depth"):
         personalize(replace(take, has_depth=False), landmarker, generic=stage.landmarks())
     nobody = stage.Told(dict.fromkeys(landmarker.answers))
-    with pytest.raises(BadInput, match="no face in the first 30 frames"):
+    with pytest.raises(BadInput, match="no face in any of its 6 frames"):
         personalize(take, nobody, generic=stage.landmarks())
 
 

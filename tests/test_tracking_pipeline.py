@@ -13,6 +13,16 @@ from mien.tracking.terms.fit_config import BlendshapeFitConfig
 from rgbd_study import FRAMES, played, track_shell
 
 
+class Heard:
+    """Progress, and the stages that it was told of."""
+
+    def __init__(self):
+        self.stages = []
+
+    def update(self, stage, done, total):
+        self.stages.append(stage)
+
+
 @pytest.fixture
 def shell(tmp_path, monkeypatch, capsys):
     return track_shell(tmp_path, monkeypatch, capsys)
@@ -72,9 +82,10 @@ def test_a_take_is_tracked_anew_with_the_shapes_that_it_taught(monkeypatch):
         return smaller
 
     monkeypatch.setattr("mien.tracking.pipeline.relearn_shapes", halved)
-    seen = []
-    again = track_take(take, rig, stage.landmarks(), landmarker, watch=seen.append)
+    seen, heard = [], Heard()
+    again = track_take(take, rig, stage.landmarks(), landmarker, progress=heard, watch=seen.append)
     assert len(seen) == 2 * FRAMES
+    assert heard.stages == ["tracking"] * FRAMES + ["tracking once more"] * FRAMES
     np.testing.assert_array_equal(again.performance.rig.deltas[:52], smaller.deltas)
     (first,) = asked
     assert first.performance.rig.names[:52] == rig.names

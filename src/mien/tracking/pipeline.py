@@ -97,7 +97,7 @@ def track_take(
 
     Args:
         landmarks: where they are on the rig, from `personalize`; found by looking at the rig if not given.
-        watch: hears every frame's outcome as it comes.
+        watch: hears every frame's outcome as it comes; those of the second pass as well.
 
     Raises:
         BadInput: a rig without expression shapes, no face in the first 30 frames, a depth scale that makes no face, or
@@ -120,7 +120,7 @@ def track_take(
     if relearnt is rig:
         return found
     again = zip(take, told, strict=False)
-    return _walked(take, tracking_model(relearnt, marks), again, config, progress, timer, watch)
+    return _walked(take, tracking_model(relearnt, marks), again, config, progress, timer, watch, "tracking once more")
 
 
 def _walked(
@@ -131,8 +131,9 @@ def _walked(
     progress: Progress,
     timer: StageTimer,
     watch: Callable[[TrackResult], None] | None,
+    stage: str = "tracking",
 ) -> Tracked:
-    """One walk through the take."""
+    """One walk through the take, which progress calls `stage`."""
     times: list[float] = []
     walk = track_frames(model, take, _timed(seen, times), config, timer)
     kept = _Results(CorrectiveBasis(model, config.correctives))
@@ -144,7 +145,7 @@ def _walked(
             kept.add(result, model)
             if watch is not None:
                 watch(result)
-            progress.update("tracking", len(kept), take.count)
+            progress.update(stage, len(kept), take.count)
     except BadInput as error:
         if not kept.tracked.any():
             raise with_scale(error, take) from error

@@ -11,6 +11,7 @@ from ...depth import RGBDFrame
 from ...errors import BadInput
 from ...landmarks.detector import Landmarks2D
 from ...landmarks.stream import Landmarker, with_landmarks
+from ...one_line import count
 from ...progress import Progress
 from ...rgbd import RgbdTake
 from ..detect import WrongScale, length
@@ -114,7 +115,8 @@ def no_face(take: RgbdTake, first: int = 0) -> BadInput:
     """The line for a take without a face in the frames from `first` on."""
     if first:
         return BadInput(f"{take.name}: no face from frame {first} on; --neutral must name frames that show it")
-    return BadInput(f"{take.name}: no face in the first {PATIENCE} frames; face the camera, in light, and start again")
+    where = f"the first {PATIENCE} frames" if take.count > PATIENCE else f"any of its {count(take.count, 'frames')}"
+    return BadInput(f"{take.name}: no face in {where}; face the camera, in light, and start again")
 
 
 def with_scale(error: BadInput, take: RgbdTake) -> BadInput:
