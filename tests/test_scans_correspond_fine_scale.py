@@ -148,6 +148,10 @@ def test_points_that_are_the_same_meet():
     meshes = [Mesh(v, FACES) for v in found.vertices]
     there = closest_point(meshes[0], below).attachment().points(meshes[1])
     np.testing.assert_allclose(there, above, atol=0.5)
+    met = found.by_hand
+    np.testing.assert_allclose(met.before, 8.0, atol=0.1)  # one sheet is the other
+    np.testing.assert_allclose(met.after, np.linalg.norm(there - above, axis=1))
+    assert register_fine(shapes, FACES, regions(), config=QUICK, only=[]).by_hand is None
 
 
 def test_lines_that_are_the_same_meet():

@@ -216,6 +216,8 @@ def summary(found, distances) -> list[str]:
         f"the scans {known.mean():.3f} mm (95th percentile {np.quantile(known, 0.95):.3f} mm)"
     ]
     lines[:0] = map(str, found.left_out)
+    if found.fine.by_hand is not None:
+        lines.append(found.fine.by_hand.told([scan.name for scan in found.scans]))
     for scan, bad in zip(found.scans, found.fine.unreliable, strict=True):
         if bad.any():
             regions = ", ".join(FINE_REGIONS[r].replace("_", " ") for r in np.flatnonzero(bad))

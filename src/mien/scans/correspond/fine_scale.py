@@ -18,6 +18,7 @@ from ...image_space.local_align import UnwrappedScan, local_align, prewarped
 from ...mesh import Mesh
 from ...progress import SILENT, Progress
 from ...register import Surface
+from .pairs_met import PairsMet, pairs_met
 
 
 @dataclass(frozen=True)
@@ -37,6 +38,8 @@ class FineResult:
     """Whether the flow of the last sweep met its tolerance."""
     moved: Float[np.ndarray, " scans"]
     """Mean distance that the vertices of the regions have slid, mm."""
+    by_hand: PairsMet | None = None
+    """How well constraints are met, if there are any."""
 
 
 def register_fine(
@@ -84,7 +87,8 @@ def register_fine(
         vertices[i] = shapes[i] + follow * (unwrapped[i].vertices() - shapes[i])
     moved = np.linalg.norm(vertices - shapes, axis=2)[:, layout.vertices].mean(axis=1)
     errors = _errors(layout, unwrapped, near)
-    return FineResult(vertices, errors, before, errors > config.unreliable, near, converged, moved)
+    met = pairs_met(constraints, faces, shapes if start is None else start, vertices) if constraints else None
+    return FineResult(vertices, errors, before, errors > config.unreliable, near, converged, moved, met)
 
 
 def _unwrapped(
