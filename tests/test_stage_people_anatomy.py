@@ -16,10 +16,7 @@ def test_rigid_motion_undoes_a_known_one():
 
 
 def skin():
-    face = load_face()
-    mask = np.zeros(len(face.rig.neutral.vertices), bool)
-    mask[face.parts["skin"]] = True
-    return mask
+    return load_face().on_skin
 
 
 def test_the_jaw_turns_about_an_axis_behind_the_mouth():

@@ -52,7 +52,7 @@ def test_the_jaw_carries_the_chin_and_not_the_skull(where, face):
     chin, nose = where.nearest(where.landmarks[[152, 4]])
     assert share[chin] > 0.9
     assert share[nose] < 0.1
-    assert share[where.skin & (where.mesh.vertices[:, 1] > 20)].max() < 0.05
+    assert share[where.face.on_skin & (where.mesh.vertices[:, 1] > 20)].max() < 0.05
     lips = [share[face.contours[f"{side}_lip"][3:-3]] for side in ("upper", "lower")]
     assert lips[0].max() < 0.35 < 0.65 < lips[1].min()
 

@@ -1,11 +1,11 @@
 """The bundled face: one head, 52 expressions and an identity space, ready without any file of the user's."""
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from ..mesh import Mesh
 from ..one_line import one_line
@@ -58,6 +58,16 @@ class BundledFace:
 
     def __repr__(self) -> str:
         return one_line(self, self.rig)
+
+    @cached_property
+    def on_skin(self) -> Bool[np.ndarray, " n"]:
+        """Whether a vertex is the skin's, inside of the mouth and backs of the lids too."""
+        return np.isin(np.arange(len(self.rig.neutral.vertices)), self.parts["skin"])
+
+    @property
+    def skin_faces(self) -> Int[np.ndarray, " f"]:
+        """The skin's triangles."""
+        return np.flatnonzero(self.on_skin[self.rig.neutral.faces].all(axis=1))
 
     def person(self, coefficients: Float[np.ndarray, " c"]) -> Rig:
         """Another person's rig: the identity's neutral with the average's expressions, fitted to the eyes.

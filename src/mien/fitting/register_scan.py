@@ -179,8 +179,7 @@ def _wrap_stages(anchors: Anchors, sure: tuple[str, ...], config: RegisterConfig
 def _refined(face, body: TemplateParts, mesh: Mesh, surface: Surface, anchors: Anchors, config):
     """Subdivide and register again, `density` times: the mesh, and the trust of its vertices."""
     trust = body.trusted(config.off_face)
-    is_skin = np.zeros(len(mesh.vertices))
-    is_skin[face.parts["skin"]] = 1.0
+    is_skin = face.on_skin.astype(float)
     held = of_groups(anchors, LIPS_AND_LIDS)
     for _ in range(config.density):
         points = held.attachment.points(mesh)

@@ -39,11 +39,8 @@ class TemplateParts:
 
     def __init__(self, face: BundledFace):
         self.face = face
-        mesh = face.rig.neutral
-        on_skin = np.zeros(len(mesh.vertices), bool)
-        on_skin[face.parts["skin"]] = True
-        self.skin_faces: Int[np.ndarray, " f"] = np.flatnonzero(on_skin[mesh.faces].all(axis=1))
-        skin, self.skin = submesh(mesh, self.skin_faces)
+        self.skin_faces: Int[np.ndarray, " f"] = face.skin_faces
+        skin, self.skin = submesh(face.rig.neutral, self.skin_faces)
         self.skin_triangles = skin.faces
 
     @cached_property

@@ -117,8 +117,7 @@ def _person(mesh: Mesh, face: BundledFace) -> Rig:
     """The bundled face's skin, and how it moves, where its coarse vertices, the first, are on a mesh."""
     neutral = face.rig.neutral.with_vertices(mesh.vertices[: len(face.rig.neutral.vertices)])
     deltas = face.fitted_deltas(neutral.vertices)
-    on_skin = np.isin(neutral.faces, face.parts["skin"]).all(axis=1)
-    skin, members = submesh(neutral, np.flatnonzero(on_skin))
+    skin, members = submesh(neutral, face.skin_faces)
     return Rig(skin, deltas[:, members], face.rig.names)
 
 

@@ -59,9 +59,7 @@ def bundled_mesh(neutral: CylinderMap, landmarks: MapLandmarks, face: BundledFac
     )
     back = found.T_face_scan.inverse()
     placed = found.mesh.with_vertices(back.apply(found.mesh.vertices))
-    on_skin = np.zeros(len(placed.vertices), bool)
-    on_skin[face.parts["skin"]] = True
-    return on_map(placed, neutral, on_skin & (TemplateParts(face).trust > 0))
+    return on_map(placed, neutral, face.on_skin & (TemplateParts(face).trust > 0))
 
 
 def on_map(mesh: Mesh, neutral: CylinderMap, skin: Bool[np.ndarray, " n"] | None = None) -> ArtistMesh:

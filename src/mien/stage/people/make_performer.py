@@ -67,12 +67,10 @@ def make_performer(seed: int, config: PerformerConfig | None = None) -> Performe
     face = load_face()
     rng_shape, rng_style = np.random.default_rng([seed, 1]), np.random.default_rng([seed, 2])
     shifted = face.rig.neutral.vertices + random_shape(face, config, rng_shape)
-    skin = np.zeros(len(shifted), dtype=bool)
-    skin[face.parts["skin"]] = True
-    lips = lip_contact(face, skin)
+    lips = lip_contact(face, face.on_skin)
     rounds, overlap = (40, LIP_OVERLAP) if config.warps > 0 else (12, 0.0)
-    neutral = _settle(face, shifted, lips, skin, rounds, overlap)
-    return _assemble(face, neutral, skin, lips, config, rng_style)
+    neutral = _settle(face, shifted, lips, rounds, overlap)
+    return _assemble(face, neutral, lips, config, rng_style)
 
 
 def random_shape(
@@ -110,7 +108,7 @@ def _holdout(config: PerformerConfig, rng: np.random.Generator) -> Float[np.ndar
 
 
 def _settle(
-    face: BundledFace, vertices: np.ndarray, lips: Contact, skin: np.ndarray, rounds: int, overlap: float
+    face: BundledFace, vertices: np.ndarray, lips: Contact, rounds: int, overlap: float
 ) -> np.ndarray:
     """Close the lips and keep the lids outside the eyeballs."""
     vertices = vertices.copy()
@@ -122,13 +120,12 @@ def _settle(
     usual = face.rig.neutral.vertices
     for side in ("Left", "Right"):
         ball, generic = eyeball(face, vertices, side), eyeball(face, usual, side)
-        keep_off(vertices[None], usual - generic.centre + ball.centre, ball, skin)
+        keep_off(vertices[None], usual - generic.centre + ball.centre, ball, face.on_skin)
     return vertices
 
 
 def _assemble(
-    face: BundledFace, neutral: np.ndarray, skin: np.ndarray, lips: Contact, config: PerformerConfig,
-    rng: np.random.Generator,
+    face: BundledFace, neutral: np.ndarray, lips: Contact, config: PerformerConfig, rng: np.random.Generator
 ) -> Performer:
     """The performer on a finished neutral face."""
     average = face.rig.neutral.vertices
@@ -142,10 +139,10 @@ def _assemble(
         motion=motion,
         basis=basis,
         eyes=eyes,
-        lids={side: lid_contact(face, eyeball(face, average, side), side, skin) for side in eyes},
+        lids={side: lid_contact(face, eyeball(face, average, side), side, face.on_skin) for side in eyes},
         lips=lips,
         rigid=tuple(face.parts[p] for p in ("left_eye", "right_eye", "upper_teeth", "lower_teeth")),
-        skin=skin,
+        skin=face.on_skin,
     )
     if config.kind == "muscles":
         alone = performer.vertices(np.eye(len(performer.names))) - neutral

@@ -37,13 +37,6 @@ class SkinMap:
     face: BundledFace = field(repr=False)
 
     @cached_property
-    def skin(self) -> np.ndarray:
-        """Mask of skin (n,)."""
-        mask = np.zeros(len(self.mesh.vertices), bool)
-        mask[self.face.parts["skin"]] = True
-        return mask
-
-    @cached_property
     def normals(self) -> Float[np.ndarray, "n 3"]:
         """Outward, unit."""
         return vertex_normals(self.mesh.vertices, self.mesh.faces)
@@ -62,7 +55,7 @@ class SkinMap:
 
     @cached_property
     def _tree(self) -> tuple[KDTree, np.ndarray]:
-        front = np.flatnonzero(self.skin & (self.face.regions["face"] > 0))
+        front = np.flatnonzero(self.face.on_skin & (self.face.regions["face"] > 0))
         return KDTree(self.mesh.vertices[front]), front
 
     def nearest(self, points: Float[np.ndarray, "q 3"]) -> Int[np.ndarray, " q"]:
@@ -173,11 +166,11 @@ def jaw_share(where: SkinMap) -> Float[np.ndarray, " n"]:
     """How much of the jaw's motion each vertex takes, 0 to 1, by the ways along the skin to what moves and what not."""
     points, face = where.mesh.vertices, where.face
     skull = points[:, 1] > where.landmarks[278, 1] + 12.0
-    still = np.flatnonzero(where.skin & (skull | (points[:, 1] < NECK) | (points[:, 2] < NAPE)))
+    still = np.flatnonzero(where.face.on_skin & (skull | (points[:, 1] < NECK) | (points[:, 2] < NAPE)))
     fixed = np.r_[where.nearest(where.landmarks[list(JAW_FIXED)]), face.contours["upper_lip"][2:-2], still]
     carried = np.r_[where.nearest(where.landmarks[list(JAW_CARRIED)]), face.contours["lower_lip"][2:-2]]
     to_fixed, to_carried = (np.minimum(where.along(np.unique(v)), 1e6) ** 2 for v in (fixed, carried))
-    share = where.smooth(np.where(where.skin, to_fixed / np.maximum(to_fixed + to_carried, 1e-9), 0.0), 4)
+    share = where.smooth(np.where(where.face.on_skin, to_fixed / np.maximum(to_fixed + to_carried, 1e-9), 0.0), 4)
     share[face.parts["upper_teeth"]] = 0.0
     share[np.r_[face.parts["lower_teeth"], face.parts["tongue"]]] = 1.0
     for side in ("left_eye", "right_eye"):
@@ -198,7 +191,7 @@ def lid_turns(where: SkinMap, ball: Ball, side: str) -> tuple[Turn, Turn, float]
     for level, sign in (("upper", 1.0), ("lower", -1.0)):
         own, other = ways[level], ways["lower" if level == "upper" else "upper"]
         share = where.smooth(bump(own, 5.5) * middle * (own <= other), 1)
-        turns.append(turn(points, ball.centre, sign * axis, np.where(where.skin, share, 0.0)))
+        turns.append(turn(points, ball.centre, sign * axis, np.where(where.face.on_skin, share, 0.0)))
     above, below = (points[line[len(line) // 2]] - ball.centre for line in lids.values())
     return turns[0], turns[1], float(np.arctan2(above[1], above[2]) - np.arctan2(below[1], below[2]))
 

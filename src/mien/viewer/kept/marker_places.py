@@ -144,9 +144,7 @@ class MarkerPlaces:
     def _skin(self):
         """The skin's mesh, its vertices' numbers and its triangles' numbers in the rig."""
         mesh = self._rig.neutral
-        is_skin = np.zeros(len(mesh.vertices), bool)
-        is_skin[face_from_rig(self._rig).parts["skin"]] = True
-        triangles = np.flatnonzero(is_skin[mesh.faces].all(axis=1))
+        triangles = face_from_rig(self._rig).skin_faces
         return *submesh(mesh, triangles), triangles
 
     def _corners(self, face: int) -> list[int]:
