@@ -3,10 +3,12 @@
 import pytest
 
 from gltf_files import performance, rig
+from marker_files import take, wide_csv
 from mien.cli.about import about
 from mien.errors import BadInput
 from mien.io.gltf import write_performance, write_rig
 from mien.io.livelink import write_live_link
+from mien.io.markers import write_c3d
 
 
 def test_what_it_is_and_what_can_be_done(tmp_path):
@@ -17,6 +19,14 @@ def test_what_it_is_and_what_can_be_done(tmp_path):
     assert "3 frames at 60 a second" in second
     assert any(f"mien view {path} " in line for line in commands)
     assert not any("FILE" in line for line in commands)
+
+
+def test_a_file_is_not_converted_to_what_it_is(tmp_path):
+    write_c3d(tmp_path / "a.c3d", take())
+    wide_csv(tmp_path / "a.csv", take().positions)
+    for name, told in (("a.c3d", False), ("a.csv", True)):
+        path = tmp_path / name
+        assert any(f"mien convert {path} -o take.c3d" in line for line in about(path)) == told
 
 
 def test_other_kinds_say_what_is_in_them(tmp_path):

@@ -9,6 +9,8 @@ from mien.cli.main import main
     ("words", "line"),
     [
         ("slove take.c3d", "slove: no such verb; did you mean solve?; see `mien --help`"),
+        ("tka.c3d", "tka.c3d: no such file; see `mien --help`"),
+        ("takes/", "takes/: no such file; see `mien --help`"),
         ("solve", "solve: TAKE is missing; see `mien solve --help`"),
         ("solve x --bad 1", "--bad: no such option of solve; see `mien solve --help`"),
         ("solve x --unit mm", "--unit: no such option of solve; did you mean --units?; see `mien solve --help`"),

@@ -17,11 +17,18 @@ def about(path: Path) -> list[str]:
     if kind is None:
         raise BadInput(f"{path}: of no kind that mien knows; see `mien --help` for what its verbs take")
     lines = [f"{path}: {kind.what}", *content(path, kind)]
-    width = max(len(command) for command, _ in kind.commands) + len(str(path))
-    for command, brings in kind.commands:
+    commands = [told for told in kind.commands if not _to_itself(told[0], path)]
+    width = max(len(command) for command, _ in commands) + len(str(path))
+    for command, brings in commands:
         shown = command.replace("FILE", str(path))
         lines.append(f"  {shown:<{width}}  {brings}")
     return lines
+
+
+def _to_itself(command: str, path: Path) -> bool:
+    """Whether a command converts the file to the format that it has."""
+    words = command.split()
+    return words[1] == "convert" and Path(words[-1]).suffix == path.suffix.lower()
 
 
 def content(path: Path, kind: Kind) -> list[str]:

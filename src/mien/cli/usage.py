@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from difflib import get_close_matches
+from pathlib import Path
 
 from cyclopts import CycloptsError
 from cyclopts.exceptions import (
@@ -25,7 +26,8 @@ def fault(error: CycloptsError, verb: str, verbs: list[str]) -> str:
     """The fault by its kind; the parser's own words, on one line, for kinds that are not known here."""
     match error:
         case UnknownCommandError(unused_tokens=[word, *_]):
-            return f"{word}: no such verb{meant(word, verbs)}"
+            known = "file" if Path(word).suffix or "/" in word else "verb"
+            return f"{word}: no such {known}{meant(word, verbs)}"
         case UnknownOptionError():
             given = error.token.keyword or error.token.value
             option, *_ = given.split("=")
