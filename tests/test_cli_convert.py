@@ -75,7 +75,7 @@ def test_scan_to_ply(tmp_path):
 
 def test_no_such_route(tmp_path):
     write_mesh(tmp_path / "a.obj", bumpy())
-    with pytest.raises(BadInput, match=r"no way from \.obj to \.c3d; there is: a marker take to \.c3d"):
+    with pytest.raises(BadInput, match=r"no way from \.obj to \.c3d; there is: a scan to \.obj or \.ply$"):
         mien("convert", tmp_path / "a.obj", output=tmp_path / "b.c3d")
     with pytest.raises(BadInput, match="no such file"):
         mien("convert", tmp_path / "gone.obj", output=tmp_path / "b.ply")

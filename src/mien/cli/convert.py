@@ -211,6 +211,7 @@ def way_from(source: Path, kind: str, end: str) -> Way:
     for way in WAYS:
         if kind in way.sources and end in way.ends:
             return way
-    there = "; ".join(way.what for way in WAYS)
+    from_here = [way for way in WAYS if kind in way.sources]
+    there = "; ".join(way.what for way in from_here or WAYS)
     what = kind or "a file without suffix"
     raise BadInput(f"{source}: no way from {what} to {end or FOLDER}; there is: {there}")
