@@ -8,16 +8,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import light_dots
 from command import mien
 from gltf_files import foreign, performance
 from marker_files import take, wide_csv
 from mesh_files import bumpy
+from mien.cli.kinds import LIGHT_SCAN, kind_of
 from mien.errors import BadInput
 from mien.io.gltf import read_performance, read_rig, write_performance
 from mien.io.live_link_table import EYES, HEAD, SHAPES
 from mien.io.livelink import read_live_link
 from mien.io.markers import read_marker_file, read_markers
 from mien.io.meshes import read_scan, write_mesh
+from mien.light.disk.light_scan import write_light_scan
 from test_io_rigs import folder_of
 
 
@@ -71,6 +74,14 @@ def test_scan_to_ply(tmp_path):
     write_mesh(tmp_path / "a.obj", mesh)
     mien("convert", tmp_path / "a.obj", output=tmp_path / "b.ply", units="cm")
     np.testing.assert_allclose(read_scan(tmp_path / "b.ply").mesh.vertices, mesh.vertices * 10, rtol=1e-5)
+
+
+def test_a_scan_of_active_light_to_a_mesh(tmp_path):
+    scan = light_dots.scan()
+    write_light_scan(tmp_path / "a.exr", scan)
+    mien("convert", tmp_path / "a.exr", output=tmp_path / "b.ply")
+    np.testing.assert_allclose(read_scan(tmp_path / "b.ply").mesh.vertices, scan.mesh().vertices, rtol=1e-5)
+    assert kind_of(tmp_path / "a.exr") is LIGHT_SCAN
 
 
 def test_no_such_route(tmp_path):

@@ -67,8 +67,8 @@ def convert(
 
     Marker take (.c3d .trc .csv) -> .c3d. Performance or rig (.glb .gltf .vrm .usd .usda .usdc .usdz) -> .glb or USD.
     Performance -> Live Link Face .csv, Alembic .abc, a folder with a mesh a frame, virtual markers as .c3d. Live Link
-    Face .csv or packets (.gesichter) -> .glb or USD. Folder of shapes -> .glb or USD. Scan (.obj .ply .stl .glb) ->
-    .obj or .ply. Films are made by `mien render`.
+    Face .csv or packets (.gesichter) -> .glb or USD. Folder of shapes -> .glb or USD. Scan (.obj .ply .stl .glb, or
+    .exr of active light) -> .obj or .ply. Films are made by `mien render`.
 
     Parameters
     ----------
@@ -170,6 +170,12 @@ def _scan(source: Path, output: Path, options: ConvertOptions) -> None:
     write_mesh(output, scan.mesh, scan.texture)
 
 
+def _light_scan(source: Path, output: Path, options: ConvertOptions) -> None:
+    from ..light.disk.light_scan import read_light_scan
+
+    write_mesh(output, read_light_scan(source).mesh())
+
+
 @dataclass(frozen=True)
 class Way:
     """One way from format to format."""
@@ -196,6 +202,7 @@ WAYS = (
     Way("a rig or performance of any program to .glb or .usd", FACES, WRITTEN, _face),
     Way("a folder of shapes to .glb or .usd", (FOLDER,), WRITTEN, _shapes, ("units",)),
     Way("a scan to .obj or .ply", SCANS, MESHES, _scan, ("units",)),
+    Way("a scan of active light to .obj or .ply", (".exr",), MESHES, _light_scan),
 )
 """All ways; the first that fits is gone."""
 

@@ -111,6 +111,9 @@ SCANS_FOLDER = Kind(
     ),
 )
 LIGHT_TAKE = Kind("a take of active light", (("mien decode FILE -o scan.exr", "a detailed scan"),))
+LIGHT_SCAN = Kind(
+    "a scan of active light", (("mien convert FILE -o scan.ply", "a mesh, to register, to view, to render"),)
+)
 MAP = Kind(
     "a map of a surface",
     (
@@ -131,7 +134,9 @@ def kind_of(path: Path) -> Kind | None:
         return MARKERS
     if suffix in TABLES:
         return LIVE_LINK if is_live_link(path) else MARKERS
-    simple = {SCANS: SCAN, FILMS: VIDEO, DEPTH_TAKES: DEPTH_TAKE, (".exr",): MAP, (".gesichter",): LIVE_LINK}
+    if suffix == ".exr":
+        return LIGHT_SCAN if is_light_scan(path) else MAP
+    simple = {SCANS: SCAN, FILMS: VIDEO, DEPTH_TAKES: DEPTH_TAKE, (".gesichter",): LIVE_LINK}
     return next((kind for suffixes, kind in simple.items() if suffix in suffixes), None)
 
 
@@ -143,6 +148,17 @@ def is_live_link(path: Path) -> bool:
         header, _ = read_table(path)
         find_columns(path, header)
     except (BadInput, OSError):
+        return False
+    return True
+
+
+def is_light_scan(path: Path) -> bool:
+    """Whether an EXR is what `mien decode` writes."""
+    from ..light.disk.light_scan import read_light_scan
+
+    try:
+        read_light_scan(path)
+    except BadInput:
         return False
     return True
 
