@@ -34,7 +34,7 @@ def test_the_command_tells_what_is_wrong(tmp_path, monkeypatch):
     with pytest.raises(BadInput, match="--markers does nothing for one scan"):
         mien("register", folder / "s_010.ply", **given)
     (folder / "s_070.ply").rename(folder / "s_071.ply")
-    with pytest.raises(BadInput, match=r"1 scan.s. of selected frames can be used.*frame 71 is not among the selected"):
+    with pytest.raises(BadInput, match=r"1 scan of selected frames can be used.*frame 71 is not among the selected"):
         mien("register", folder, **given)
     assert not (tmp_path / "face.glb").exists()
 

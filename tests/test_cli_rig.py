@@ -3,6 +3,7 @@
 import pytest
 
 from mien.cli.main import main
+from mien.cli.rig import summary
 
 
 @pytest.mark.parametrize(
@@ -25,3 +26,8 @@ def test_bad_input_is_one_line(words, line, tmp_path, monkeypatch, capsys):
         main(words)
     assert stopped.value.code == 2
     assert line in capsys.readouterr().err.strip().splitlines()[-1]
+
+
+@pytest.mark.parametrize(("names", "alone"), [((), True), (("smile",), False)])
+def test_a_neutral_face_alone_is_told_how_to_get_shapes(names, alone):
+    assert ("--arkit" in summary("me.glb", names, "from 1 capture; neutral: calm")) == alone

@@ -17,5 +17,8 @@ def test_what_is_there_and_what_is_not():
 
 def test_too_few_are_refused_with_the_reasons():
     enough(2, 2, ())
-    with pytest.raises(BadInput, match=r"1 scan.s. .* 2 are needed; left out: smile: no surface"):
-        enough(1, 2, (LeftOut("smile", "no surface"),))
+    bad = LeftOut("smile", "no surface")
+    with pytest.raises(BadInput, match=r"^1 scan of .* it takes 2; left out: smile: no surface$"):
+        enough(1, 2, (bad,))
+    with pytest.raises(BadInput, match=r"^0 scans of .* it takes 2(; left out: smile: no surface){3}; and 2 more$"):
+        enough(0, 2, (bad,) * 5)

@@ -62,7 +62,7 @@ def test_entries_of_the_listing_are_judged_one_by_one(tmp_path):
 def test_two_scans_are_needed(tmp_path):
     with pytest.raises(BadInput, match="no scans in it"):
         match_scans(touch(tmp_path / "none"), (1, 2))
-    with pytest.raises(BadInput, match=r"1 scan.s. of selected frames can be used; 2 are needed; left out: b_9.ply"):
+    with pytest.raises(BadInput, match=r"1 scan of selected frames can be used, and it takes 2; left out: b_9.ply"):
         match_scans(touch(tmp_path / "one", "a_1.ply", "b_9.ply"), (1, 2))
 
 

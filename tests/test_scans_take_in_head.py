@@ -35,6 +35,6 @@ def test_the_calmest_scan_comes_first_and_frames_outside_the_take_are_left_out()
     assert [(out.name, "frame 9999 is not in the take" in out.why) for out in found.left_out] == [("s_9999", True)]
     with pytest.raises(BadInput, match="s_9999: frame 9999 is not in the take"):
         take_in_head(ready, [rest, far], strict=True)
-    with pytest.raises(BadInput, match=r"0 scan.s. of selected frames can be used"):
+    with pytest.raises(BadInput, match=r"0 scans of selected frames can be used"):
         take_in_head(ready, [far])
     assert FRAMES == (10, 70, 110)

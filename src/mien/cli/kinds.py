@@ -69,6 +69,7 @@ MARKERS = Kind(
         ("mien view FILE", "look at it in the browser"),
         ("mien convert FILE -o take.c3d", "to C3D"),
         ("mien register scans/ --markers FILE --selection selection.json -o rig.glb", "a rig of scans"),
+        ("mien detail synth FILE --maps maps/ -o frames/", "with wrinkles and pores"),
     ),
 )
 LIVE_LINK = Kind(

@@ -16,6 +16,7 @@ from ..blendshapes.scan.pipeline import FusionConfig
 from ..faces.bundled import load_face
 from ..io.meshes import read_scan
 from ..landmarks.detector import require_landmarker
+from ..one_line import count
 from .bar import bar
 from .options import refuse_outside, verb
 from .outputs import check_outputs
@@ -85,14 +86,20 @@ def rig(
         )
         built = build_rig(read, calm, load_face(), arkit, config, progress, by_hand, on)
     write_textured_rig(output, built.textured)
-    tell(built, lost, f"from {len(read)} captures; neutral: {calm}", output)
+    tell(built, lost, f"from {count(len(read), 'captures')}; neutral: {calm}", output)
 
 
 def tell(built: BuiltRig, lost: Sequence[str], source: str, output: Path) -> None:
     """What was left out, and what was made."""
     for line in [*lost, *built.left_out]:
         print(line)
-    print(f"{output}: {len(built.textured.rig.names)} shapes {source}")
+    print(summary(output, built.textured.rig.names, source))
+
+
+def summary(output: Path | str, names: Sequence[str], source: str) -> str:
+    """The line that ends a run."""
+    line = f"{output}: {count(len(names), 'shapes')} {source}"
+    return line if names else f"{line}; a neutral face alone: --arkit gives it all 52 shapes"
 
 
 def check_asked(output: Path, inputs: Sequence[Path | None], config: RigConfig, scan: FusionConfig) -> None:

@@ -5,8 +5,12 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from ..errors import BadInput
+from ..one_line import count
 
 T = TypeVar("T")
+
+NAMED = 3
+"""Scans that are named, with the reason, in one line."""
 
 
 @dataclass(frozen=True)
@@ -32,12 +36,14 @@ def kept(found: Sequence[T | LeftOut], strict: bool = False) -> tuple[list[T], t
     return [one for one in found if not isinstance(one, LeftOut)], out
 
 
-def enough(count: int, least: int, out: Sequence[LeftOut]) -> None:
+def enough(found: int, least: int, out: Sequence[LeftOut]) -> None:
     """Refuse to go on with too few scans.
 
     Raises:
-        BadInput: fewer than `least`; the message says what was left out.
+        BadInput: fewer than `least`; the message says what was left out, the first of it by name.
     """
-    if count < least:
-        why = "".join(f"; {one}" for one in out)
-        raise BadInput(f"{count} scan(s) of selected frames can be used; {least} are needed{why}")
+    if found < least:
+        why = "".join(f"; {one}" for one in out[:NAMED])
+        more = f"; and {len(out) - NAMED} more" if len(out) > NAMED else ""
+        used = count(found, "scans")
+        raise BadInput(f"{used} of selected frames can be used, and it takes {least}{why}{more}")
