@@ -5,12 +5,18 @@ from pathlib import Path
 
 import igl
 import numpy as np
+import scipy.sparse as sp
 from jaxtyping import Float, Int
 from scipy.sparse.csgraph import connected_components
 
 from ..io.meshes import check_surface
 from ..mesh import Mesh, Scan, adjacency, face_areas, face_normals
 from ..pictures.raycast import RayCaster
+
+ROUGH_DEG = 20.0
+"""Real and staged scans have 2 to 10, one with half a millimetre of noise a vertex 80."""
+EVENING_ROUNDS = 30
+"""At most."""
 
 
 def cleaned(mesh: Mesh) -> Mesh:
@@ -94,6 +100,35 @@ def wound_alike(mesh: Mesh) -> Mesh:
         return replace(mesh, faces=faces)
     corner = (faces[:, :, None] == mesh.faces[:, None, :]).argmax(axis=2)
     return replace(mesh, faces=faces, uv_faces=np.take_along_axis(mesh.uv_faces, corner, axis=1))
+
+
+def evened(mesh: Mesh, rough_deg: float = ROUGH_DEG) -> Mesh:
+    """The same mesh with so much noise taken out that a picture of it shows its shape; a clean one as it is.
+
+    While neighbouring triangles usually differ by more than `rough_deg`, each vertex goes half way to the middle of
+    its neighbours. The surface moves by about its noise.
+    """
+    vertices, n = mesh.vertices, len(mesh.vertices)
+    A = adjacency(mesh.faces, n)
+    middle = sp.diags(1 / np.maximum(np.asarray(A.sum(axis=1)).ravel(), 1)) @ A
+    lonely = (A.getnnz(axis=1) == 0)[:, None]
+    for _ in range(EVENING_ROUNDS):
+        if roughness_deg(vertices, mesh.faces) <= rough_deg:
+            break
+        vertices = np.where(lonely, vertices, (vertices + middle @ vertices) / 2)
+    return mesh.with_vertices(vertices)
+
+
+def roughness_deg(vertices: Float[np.ndarray, "n 3"], faces: Int[np.ndarray, "m 3"]) -> float:
+    """Median angle between triangles that share an edge, degrees; 0 where none do."""
+    normals = face_normals(vertices, faces)
+    ends = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2).astype(np.int64), axis=1)
+    edge = ends[:, 0] * len(vertices) + ends[:, 1]
+    order = np.argsort(edge, kind="stable")
+    triangle = order // 3
+    shared = np.flatnonzero(edge[order[1:]] == edge[order[:-1]])
+    cosine = np.einsum("ed,ed->e", normals[triangle[shared]], normals[triangle[shared + 1]])
+    return float(np.degrees(np.median(np.arccos(np.clip(cosine, -1, 1))))) if len(shared) else 0.0
 
 
 def _wound_alike(faces: Int[np.ndarray, "m 3"]) -> tuple[Int[np.ndarray, "m 3"], Int[np.ndarray, " m"]]:

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ..errors import BadInput
-from ..faces.scan_clean import check_scan, wound_alike
+from ..faces.scan_clean import check_scan, evened, wound_alike
 from ..mesh import Scan
 from ..transforms import Transform
 from .detector import FaceLandmarker
@@ -47,7 +47,7 @@ def lift_landmarks(scan: Scan, config: LiftConfig | None = None) -> Landmarks3D:
     """
     config = config or LiftConfig()
     check_scan(scan)
-    scan = replace(scan, mesh=wound_alike(scan.mesh))
+    scan = replace(scan, mesh=evened(wound_alike(scan.mesh)))
     with FaceLandmarker(faces=3, confidence=0.4) as landmarker:
         try:
             whole = _landmarks(scan, landmarker, config)
@@ -103,6 +103,7 @@ def landmarks_near(
 ) -> tuple[Float[np.ndarray, "478 3"], Float[np.ndarray, " 478"]] | None:
     """Landmarks of a scan in a known pose, and their disagreement (`Landmarks3D`); None where no view shows a face."""
     config = config or LiftConfig()
+    scan = replace(scan, mesh=evened(scan.mesh))
     with FaceLandmarker(faces=3, confidence=0.4) as landmarker:
         seen = look(scan, T_face_scan, config.views, landmarker, config)
     return None if seen is None else (seen.points, seen.disagreement * T_face_scan.scale)
