@@ -7,6 +7,7 @@ import pytest
 
 from marker_stage import held, region
 from mien.faces import load_face
+from mien.fitting.template_parts import TemplateParts
 from mien.markers.lay_on_face import OTHER_WAY_MM, LayConfig, OffFaceConfig, lay_on_face, margin_over, off_face
 from mien.mesh import Attachment
 from mien.register.align import AlignConfig
@@ -70,3 +71,20 @@ def test_a_calm_frame_that_misleads_is_left_for_another(monkeypatch):
     config = replace(QUICK, off_face=OffFaceConfig(suspect_mm=np.inf))
     assert lay_on_face(take, face, region(), config=config).shape_mm < 1
     assert lay_on_face(take, face, region(), config=replace(config, calm=1)).shape_mm > 3
+
+
+def test_markers_below_the_chin_are_seated_on_the_skin_there_and_no_sign_against_a_face():
+    """Beyond the face's region by 20 mm and more: counted from its edge, two of 42 made a face no face."""
+    face, everywhere = load_face(), held()
+    mesh = face.rig.neutral
+    centres = mesh.vertices[mesh.faces].mean(axis=1)
+    skin = TemplateParts(face).skin_faces
+    below = [skin[np.argmin(np.linalg.norm(centres[skin] - [x, -125, 45], axis=1))] for x in (-12, 12)]
+    places = Attachment(np.r_[everywhere.faces[:40], below], np.full((42, 3), 1 / 3))
+    weights = np.zeros((FRAMES, 52))
+    weights[:, face.rig.names.index("jawOpen")] = np.linspace(0, 0.5, FRAMES)
+    take = marker_model(face.rig, places, np.full(42, 2.0)).points(weights)
+    laid = lay_on_face(take, face, region(), config=QUICK)
+    assert len(laid.kept) == 42
+    assert laid.shape_mm < 1.5
+    assert not np.isin(laid.identity.attachment.faces[40:], region()).any()

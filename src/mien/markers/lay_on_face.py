@@ -140,16 +140,21 @@ def lay_on_face(
 def _lay_cloud(sample, cloud, face, region, metric, config: LayConfig, progress: Progress) -> Laid:
     """All markers are on the face, unless one of them then lies far from it: then up to a third may be off it, found by
     robust alignment."""
+    skin = TemplateParts(face).skin_faces
     trials = _trials(sample, cloud, face, region, metric, config, progress)
-    laid = _best(trials, cloud, config)
-    from_skin = on_skin(laid.identity, cloud, TemplateParts(face).skin_faces, config.off_face.suspect_mm).residuals
-    if from_skin.max() < config.off_face.suspect_mm:
+    laid = seated(_best(trials, cloud, config), cloud, skin, config)
+    if laid.identity.residuals.max() < config.off_face.suspect_mm:
         return laid
     robust = _robust_trials(sample, cloud, face, region, metric, config, progress)
     if not robust:
         return laid
-    found = _best(robust, cloud, config)
+    found = seated(_best(robust, cloud, config), cloud, skin, config)
     return found if len(found.kept) < sample.shape[1] and found.shape_mm < laid.shape_mm else laid
+
+
+def seated(laid: Laid, cloud: np.ndarray, skin: Int[np.ndarray, " triangles"], config: LayConfig) -> Laid:
+    """Markers far from the face's region put on the skin where that is nearer: they are worn below the chin."""
+    return replace(laid, identity=on_skin(laid.identity, cloud[laid.kept], skin, config.off_face.suspect_mm))
 
 
 def try_alignment(
