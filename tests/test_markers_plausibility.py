@@ -5,7 +5,15 @@ import pytest
 
 from mien.errors import BadInput
 from mien.markers.left_out import LeftOutError
-from mien.markers.plausibility import Fit, PlausibilityConfig, doubts, motion_of, refuse_no_face, refuse_untold
+from mien.markers.plausibility import (
+    Fit,
+    PlausibilityConfig,
+    doubts,
+    motion_of,
+    refuse_no_face,
+    refuse_untold,
+    why_no_face,
+)
 
 FACE = Fit(shape_mm=0.8, motion_mm=2.0, residual_mm=0.6, margin=0.5)
 
@@ -19,6 +27,8 @@ def test_a_face_passes_without_a_word():
     ("fit", "says"),
     [
         (Fit(6.0, 2.0, 0.6, 0.5), "6.0 mm off the nearest face"),
+        (Fit(3.7, 2.9, 4.1, 0.07), "3.7 mm off the nearest face"),
+        (Fit(3.9, 1.0, 0.2, 0.4), "3.9 mm off the nearest face"),
         (Fit(2.0, 0.1, 0.1, 0.5), "nothing moves"),
         (Fit(0.5, 0.1, 0.1, 0.5, markers=7), "7 markers that hold still"),
         (Fit(2.0, 10.0, 12.0, 0.5), "as no expression does"),
@@ -40,6 +50,15 @@ def test_a_face_that_slides_a_little_as_well_is_doubted_not_refused():
     slides = Fit(2.1, 2.8, 2.8, 0.0, markers=30, way_round_margin=0.4)
     refuse_no_face(slides)
     assert "another alignment" in doubts(slides)[0]
+
+
+@pytest.mark.parametrize("fit", [Fit(3.9, 2.7, 2.5, 0.26), Fit(3.4, 4.0, 3.8, 0.37)])
+def test_a_long_or_a_lively_face_is_left_to_the_markers_left_out(fit):
+    refuse_no_face(fit)
+    assert why_no_face(fit, PlausibilityConfig())
+    refuse_untold(fit.shape_mm, told(0.37), unproven=True)
+    with pytest.raises(BadInput, match="53% of their motion is missed"):
+        refuse_untold(fit.shape_mm, told(0.53), unproven=True)
 
 
 def test_doubts_are_lines():

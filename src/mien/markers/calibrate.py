@@ -18,7 +18,7 @@ from ..takes.stabilise import calm_frames, mean_cloud
 from ..transforms import Transform
 from .lay_on_face import LayConfig, Trial, lay_on_face, solve_trial, trial_frames, try_alignment
 from .neutral import FindNeutralConfig, Neutral, find_neutral
-from .plausibility import PlausibilityConfig, refuse_no_face
+from .plausibility import PlausibilityConfig, refuse_no_face, why_no_face
 from .refine_attachment import RefineConfig, refine_attachment
 
 
@@ -60,6 +60,8 @@ class Calibration:
     """rms distance of the calm frame's markers from the best person's face, mm."""
     kept: Int[np.ndarray, " markers"]
     """Which of the take's markers these are: the others are worn off the face."""
+    unproven: bool = False
+    """By shape or motion they are no face's; markers left out have the last word."""
 
 
 def calibrate(
@@ -81,7 +83,8 @@ def calibrate(
     region = np.flatnonzero((face.regions["face"] > 0.5)[face.rig.neutral.faces].all(axis=1))
     laid = lay_on_face(positions, face, region, metric, config.lay, progress)
     positions = positions[:, laid.kept]
-    refuse_no_face(laid.fit(positions), config.plausibility)
+    judged = laid.fit(positions)
+    refuse_no_face(judged, config.plausibility)
     person = face.person(laid.identity.coefficients)
     frames = trial_frames(len(positions), config.lay)
     neutral = find_neutral(positions, frames, person, laid.identity, metric, config.lay.trial, config.neutral)
@@ -102,6 +105,7 @@ def calibrate(
         residual_mm=float(np.sqrt(np.nanmean(solved.residuals**2))),
         shape_mm=laid.shape_mm,
         kept=laid.kept,
+        unproven=bool(why_no_face(judged, config.plausibility)),
     )
 
 

@@ -117,7 +117,7 @@ def solve_take(
     personal, solved = _solve_and_personalise(lab, start, rate, calibration, S, metric, config, progress)
     told = (calibration, personal, solved, metric, depth.known, face, config)
     personal, solved, left_out = carry_between(lab, rate, *told)
-    refuse_untold(calibration.shape_mm, left_out, config.calibrate.plausibility)
+    refuse_untold(calibration.shape_mm, left_out, config.calibrate.plausibility, calibration.unproven)
     regions = region_confidence(personal.rig, personal.attachment, face.regions, left_out)
     performance = Performance(
         rig=personal.rig,

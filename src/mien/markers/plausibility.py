@@ -32,11 +32,20 @@ class PlausibilityConfig:
     """An alignment no better than one another way round by this share is a coin's toss (faces: 0.2 to 0.85)."""
     sure_margin: float = 0.15
     """... and below this, of any other alignment, it is doubtful."""
+    clear_margin: float = 0.22
+    """Markers that are no face's by shape or motion may be one's all the same where the alignment is better than any
+    other by this share (lively or long faces of people from another face model: 0.26 to 0.37; half a ball 0.07) ..."""
+    farthest_shape_mm: float = 4.5
+    """... where they stand no farther than this from any person's face (such a face, a tenth longer and narrower: 3.9)
+    ..."""
+    most_motion_mm: float = 6.0
+    """... and where they move, but no more than this (lively faces: 4.1): markers left out then have the last word."""
     hopeless_share: float = 1.0
     """Where markers left out are told no better than to this share of how far they leave the neutral face, a face at
     rest is as good (faces: 0.2 to 0.6)."""
-    untold_share: float = 0.6
-    """... and this share is enough where they stand `worst_shape_mm` off the nearest face besides (places by hand)."""
+    untold_share: float = 0.45
+    """... and this share is enough where they are no face's by shape or motion (such faces: 0.29 to 0.40; legs 0.53,
+    places by hand of which half are mixed up 1.04)."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +80,7 @@ def refuse_no_face(fit: Fit, config: PlausibilityConfig = PlausibilityConfig()) 
         BadInput: with the reason.
     """
     reason = why_no_face(fit, config)
-    if config.refuse and reason:
+    if config.refuse and reason and not may_be_a_face(fit, config):
         raise BadInput(
             f"this is no face: {reason}; choose the face's markers with --markers PATTERN, or name the unit with "
             "--units (--attach places the markers of a face that is not recognised)"
@@ -101,18 +110,30 @@ def why_no_face(fit: Fit, config: PlausibilityConfig) -> str:
     return ""
 
 
-def refuse_untold(shape_mm: float, left_out: LeftOutError, config: PlausibilityConfig = PlausibilityConfig()) -> None:
+def may_be_a_face(fit: Fit, config: PlausibilityConfig) -> bool:
+    """Whether markers left out are to say if it is a face, where shape or motion say no."""
+    moves = config.moving_mm < fit.motion_mm <= config.most_motion_mm
+    return moves and fit.margin >= config.clear_margin and fit.shape_mm <= config.farthest_shape_mm
+
+
+def refuse_untold(
+    shape_mm: float,
+    left_out: LeftOutError,
+    config: PlausibilityConfig = PlausibilityConfig(),
+    unproven: bool = False,
+) -> None:
     """Refuse a solve that tells markers left out by turns worse than a face at rest.
 
     Args:
         shape_mm: how far the calm frame's markers stand off the best person's face.
         left_out: what stands still, or was not tried, is not judged.
+        unproven: by shape or motion they are no face's.
 
     Raises:
         BadInput: with the reason.
     """
     off = shape_mm > config.worst_shape_mm
-    bound = config.untold_share if off else config.hopeless_share
+    bound = config.untold_share if off or unproven else config.hopeless_share
     share = left_out.neutral_share
     if not config.refuse or left_out.motion_mm < config.still_mm or not share >= bound:
         return
