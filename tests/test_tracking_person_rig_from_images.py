@@ -7,7 +7,7 @@ import numpy as np
 import tracking_stage as stage
 from mien.faces import load_face
 from mien.register.rigid import procrustes
-from mien.tracking.person.rig_from_images import identity_step, rig_from_images
+from mien.tracking.person.rig_from_images import identity_step, of_usual_size, rig_from_images
 
 TRUE = np.random.default_rng(4).normal(0, 1.2, 8)
 
@@ -60,3 +60,18 @@ def test_a_step_from_the_truth_stays_there():
     np.testing.assert_allclose(away, 0, atol=1e-9)
     assert np.abs(after - start).max() < 0.35  # the prior pulls a little towards the average
     assert np.linalg.norm(after) < np.linalg.norm(start)
+
+
+def test_a_picture_says_nothing_of_size_so_it_is_the_usual_one():
+    face, marks = load_face(), stage.landmarks()
+    usual = of_usual_size(person().neutral.vertices, face, marks)
+    for size in (0.8, 1.3):
+        np.testing.assert_allclose(of_usual_size(size * person().neutral.vertices, face, marks), usual, atol=1e-6)
+    average = face.rig.neutral.vertices
+    np.testing.assert_allclose(of_usual_size(0.9 * average, face, marks), average, atol=1e-6)
+
+
+def test_a_rig_of_pictures_is_of_that_size():
+    found = portrait()
+    vertices = found.rig.neutral.vertices
+    np.testing.assert_allclose(of_usual_size(vertices, load_face(), found.landmarks), vertices, rtol=1e-4, atol=1e-3)

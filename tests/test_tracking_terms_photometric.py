@@ -10,6 +10,7 @@ from mien.tracking.terms.photometric import (
     learn_reference,
     no_reference,
     photometric_match,
+    with_less_head,
 )
 
 
@@ -63,3 +64,30 @@ def test_nothing_is_learnt_after_the_first_frames_or_without_colour():
     T = stage.pose()
     assert learn_reference(empty, (), None, m.neutral, m.faces, None, T, config) is empty
     assert learn_reference(empty, None, None, m.neutral, m.faces, None, T, PhotometricConfig()) is empty
+
+
+def test_without_a_say_in_the_head_shapes_are_told_as_they_would_be_with_the_best_pose():
+    """Eliminating the pose leaves the shapes' least squares as it was, and nothing for the pose."""
+    rng = np.random.default_rng(3)
+    J, right = rng.normal(size=(40, 11)), rng.normal(size=40)
+    A, b = with_less_head(J.T @ J, J.T @ right, 0.0)
+    expected = np.linalg.lstsq(J, right, rcond=None)[0][:5]
+    np.testing.assert_allclose(np.linalg.solve(A[:5, :5], b[:5]), expected, atol=1e-6)
+    assert not A[5:].any()
+    assert not A[:, 5:].any()
+    assert not b[5:].any()
+
+
+def test_between_a_whole_say_and_none_the_equations_go_straight():
+    rng = np.random.default_rng(4)
+    J, right = rng.normal(size=(40, 11)), rng.normal(size=40)
+    whole, none, part = (with_less_head(J.T @ J, J.T @ right, share) for share in (1.0, 0.0, 0.1))
+    np.testing.assert_array_equal(whole[0], J.T @ J)
+    for all_of_it, without, some in zip(whole, none, part, strict=True):
+        np.testing.assert_allclose(some, 0.1 * all_of_it + 0.9 * without, atol=1e-9)
+
+
+def test_where_nothing_is_seen_the_head_is_not_asked():
+    A, b = with_less_head(np.zeros((11, 11)), np.zeros(11), 0.0)
+    assert not A.any()
+    assert not b.any()

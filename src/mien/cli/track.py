@@ -41,6 +41,11 @@ from .shared_options import (
 
 SHEET_FRAMES = 6
 """Frames on the contact sheet: a page's width."""
+COLOUR_ALONE = (
+    "; from colour alone: weights are told; the head's size and distance are guesses, and where the face moves its "
+    "place errs by millimetres and its turn by a degree or two"
+)
+"""What a take without depth cannot be trusted in."""
 
 
 @verb
@@ -194,7 +199,7 @@ def summary(output: Path, tracked: Tracked, take: RgbdTake) -> str:
     if take.has_depth:
         line += f", {np.nanmean(tracked.errors):.2f} mm mean distance from the depth before the fit"
     else:
-        line += "; from colour alone: weights are told, the head's place and turn are guesses"
+        line += COLOUR_ALONE
     if take.guessed_camera:
         line += f"; the lens was taken to be {take.camera.fx:.0f} pixels long (say --focal if you know better)"
     return line

@@ -23,7 +23,7 @@ from .reproject_weights import box_solve
 from .rigid import LEVER, DepthCorrespondences, RigidConfig, correspond, moved
 from .terms.features import feature_rows, normal_equations
 from .terms.fit_config import BlendshapeFitConfig
-from .terms.photometric import PhotometricConfig, Reference, photometric_match
+from .terms.photometric import PhotometricConfig, Reference, photometric_match, with_less_head
 from .terms.weight_prior import add_priors
 
 System = tuple[np.ndarray, np.ndarray]
@@ -139,14 +139,14 @@ def appearance(
 def photometric_term(
     model: TrackingModel, look: DepthCorrespondences, T_camera_face: Transform, centre, config: BlendshapeFitConfig
 ) -> System:
-    """Contrast as remembered, for every vertex that is seen: the normal equations."""
+    """Contrast as remembered, for every vertex that is seen: the normal equations, the pose's say as configured."""
     packed, c = model.packed_basis, config.photometric
     A, b, _, _ = track_fit.plane_system(
         packed.order, packed.columns, packed.values, model.shapes, T_camera_face.rotation,
         look.points, look.found, look.plane, look.weight, model.share * np.float32(POINTS * c.weight),
         centre, c.scale, LEVER,
     )  # fmt: skip
-    return A, b
+    return with_less_head(A, b, c.head)
 
 
 def depth_term(

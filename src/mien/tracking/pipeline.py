@@ -40,11 +40,11 @@ class TrackTakeConfig:
     track: TrackConfig = field(default_factory=TrackConfig)
     video: BlendshapeFitConfig = field(
         default_factory=lambda: BlendshapeFitConfig(
-            alone=2.0, photometric=PhotometricConfig(weight=1000.0, around=9, noise=1.0)
+            alone=2.0, photometric=PhotometricConfig(weight=1000.0, around=9, noise=1.0, head=0.1)
         )
     )
-    """The blendshape fit where there is no depth: landmarks weigh less than the paper's, and so does the picture, since
-    nothing holds the head at its distance: with all of its weight it wandered twice as far."""
+    """The blendshape fit where there is no depth: landmarks weigh less than the paper's, and so does the picture, above
+    all in what it says of the head, since nothing holds that at its distance."""
     correctives: CorrectiveConfig = field(default_factory=CorrectiveConfig)
     relearn: RelearnConfig = field(default_factory=RelearnConfig)
     """The second pass, with shapes relearnt from the first; not for a live source, a hidden face or colour alone."""

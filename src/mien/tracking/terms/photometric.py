@@ -10,13 +10,16 @@ and this light the first frames tell: a vertex counts the less, the more it vari
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float32, UInt8
+from jaxtyping import Float, Float32, UInt8
 
 from ..._kernels import track, track_photo
 from ...transforms import Transform
 
 DARK = 8.0
 """Grey levels, of 255, added to the mean that contrast is taken by: in the dark it is noise."""
+
+REGULAR = 1e-9
+"""Of the mean diagonal, added to a pose's equations: too little is seen at times to tell one."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +41,8 @@ class PhotometricConfig:
     """Frames over which the reference is averaged."""
     least_cosine: float = 0.35
     """Least cosine of a vertex's normal to the line of sight."""
+    head: float = 1.0
+    """How far the picture's say in the head's pose counts, 0..1; 0: it tells of the shapes what no pose explains."""
 
 
 @dataclass(frozen=True)
@@ -104,3 +109,22 @@ def learn_reference(
         contrast.append(old + there * (shown - old) / np.maximum(count, 1))
         square.append(old_square + there * (shown**2 - old_square) / np.maximum(count, 1))
     return Reference(tuple(contrast), tuple(square), count, reference.frames + 1)
+
+
+def with_less_head(
+    A: Float[np.ndarray, "c c"], b: Float[np.ndarray, " c"], share: float
+) -> tuple[Float[np.ndarray, "c c"], Float[np.ndarray, " c"]]:
+    """Normal equations of shapes and, in the last six rows, the head's pose, whose say counts `share`.
+
+    At 0 the pose is eliminated (Schur complement): what is left is asked of the shapes, whatever the pose. Without
+    depth skin that slips or is shaded anew would be taken for a head that turns and comes nearer.
+    """
+    if share == 1.0 or not A.any():
+        return A, b
+    k = len(b) - 6
+    pose = A[k:, k:] + REGULAR * np.trace(A[k:, k:]) / 6 * np.eye(6)
+    gain = np.linalg.solve(pose, A[k:, :k]).T
+    alone, right = np.zeros_like(A), np.zeros_like(b)
+    alone[:k, :k] = A[:k, :k] - gain @ A[k:, :k]
+    right[:k] = b[:k] - gain @ b[k:]
+    return share * A + (1 - share) * alone, share * b + (1 - share) * right
