@@ -37,7 +37,7 @@ def test_one_sample_metres_away_is_found_alone(clean):
     found = remove_outliers(clean.with_positions(X))
     assert np.argwhere(found.wild).tolist() == [[50, 7]]
     assert np.isnan(found.markers.positions[50, 7]).all()
-    assert "m7 (1 from frame 50)" in found.line()
+    assert "1 sample gone wild (ghosts, swapped labels): m7 (1 from frame 50)" in found.line()
 
 
 def test_a_ghost_for_twenty_frames_is_found(clean):

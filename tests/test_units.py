@@ -91,6 +91,19 @@ def test_without_a_unit_the_face_beside_a_body_decides(tmp_path):
         assert (read.unit_mm, read.unit_source) == (mm, "assumed")
 
 
+def test_without_a_unit_most_of_the_markers_decide_under_a_helmet(tmp_path):
+    """Five markers of a helmet make the cloud half a metre: no unit's face, and no unit of its own."""
+    x, y = np.meshgrid(np.linspace(-60, 60, 4), np.linspace(-90, 60, 5))
+    face = np.stack([x.ravel(), y.ravel(), 40 - x.ravel() ** 2 / 90], axis=1)
+    above = np.array([[90.0 * x, 250, -90.0 * z] for x, z in ((-1, 0), (0, 0), (1, 0), (-1, 1), (1, 1))])
+    points = np.tile(np.concatenate([face, above]) * 1e-3, (4, 1, 1))
+    labels = [f"M{i}" for i in range(25)]
+    read = read_marker_file(custom_c3d(tmp_path / "take.c3d", labels, points, units=("",)))
+    assert (read.unit_mm, read.unit_source) == (1000, "assumed")
+    assert "read as m, in which 20 markers stand together" in "".join(read.warnings)
+    assert read.markers.labels == tuple(labels[:20])
+
+
 def test_a_body_alone_is_no_face(tmp_path):
     path = custom_c3d(tmp_path / "take.c3d", LABELS[:10], body_beside()[:, 8:], units=("mm",))
     line = refusal(path)

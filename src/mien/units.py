@@ -48,6 +48,9 @@ LINK = 3.0
 LARGE_PART = 0.25
 """A cluster of fewer of the markers is no face beside a body, but a dense corner of something else."""
 
+MOSTLY = 0.6
+"""A cluster of so many of the markers says in which unit it is a face: the others are a helmet's, or props."""
+
 MOST_CLUSTERED = 2000
 """Points beyond which no clusters are looked for: no capture has as many, and pairs grow with the square."""
 
@@ -138,7 +141,8 @@ def settle_unit(path: Path, positions: Float[np.ndarray, "frames markers 3"]) ->
     """The unit of a file that names none: (mm per unit, "assumed" or "guessed", a line that says so).
 
     The first of mm, cm, m, in that makes the cloud a face, or else its largest cluster where that is far smaller (a
-    body, a prop beside the face); where none does (a 3D program's own units), `guess_unit`.
+    body, a prop beside the face), or else most of the markers (a helmet above it); where none does (a 3D program's own
+    units), `guess_unit`.
     """
     span = cloud_span(positions)
     spans = [span]
@@ -153,6 +157,11 @@ def settle_unit(path: Path, positions: Float[np.ndarray, "frames markers 3"]) ->
             part = "the markers span" if size == span else f"a cluster of {len(core)} markers spans"
             note = f"{path}: no unit named; read as {name}, in which {part} {size * UNITS[name]:.0f} mm"
             return UNITS[name], "assumed", note
+    for name, mm in UNITS.items():
+        together = face_cluster(positions, mm) if span * mm > FACE_SPAN_MM[1] else []
+        if len(together) >= MOSTLY * positions.shape[1]:
+            part = f"{len(together)} markers stand together as a face's do"
+            return mm, "assumed", f"{path}: no unit named; read as {name}, in which {part}"
     mm = guess_unit(positions)
     note = (
         f"{path}: no unit named and none makes a face of a span of {span:.4g}; scaled by {mm:.4g} to a typical "

@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ..clip import Markers, visible
+from ..one_line import count
 from .stabilise import StabiliseConfig, stabilise
 
 
@@ -55,7 +56,8 @@ class Cleaned:
         first = {i: int(np.argmax(self.wild[:, i])) for i in worst}
         named = ", ".join(f"{self.markers.labels[i]} ({counts[i]} from frame {first[i]})" for i in worst)
         more = f" and {int((counts > 0).sum()) - len(worst)} more markers" if (counts > 0).sum() > len(worst) else ""
-        return f"{int(counts.sum())} wild samples (ghosts, swapped labels) are treated as gaps: {named}{more}"
+        wild = count(int(counts.sum()), "samples")
+        return f"treated as gaps: {wild} gone wild (ghosts, swapped labels): {named}{more}"
 
 
 _NAMED = 4
