@@ -9,11 +9,11 @@ from mien.camera import Camera
 from mien.pictures.raycast import depth_image
 from mien.rig import Rig
 from mien.tracking.relearn.front_chart import FrontChart, front_chart
-from mien.tracking.relearn.skin_slip import SlipConfig
+from mien.tracking.relearn.skin_look import LookConfig
 from mien.transforms import Transform
 
 CAMERA = Camera(600.0, 600.0, 159.5, 119.5, 320, 240)
-CONFIG = SlipConfig(pixel_mm=1.25)
+CONFIG = LookConfig(pixel_mm=1.25)
 
 
 @cache

@@ -47,7 +47,7 @@ class TrackTakeConfig:
     all in what it says of the head, since nothing holds that at its distance."""
     correctives: CorrectiveConfig = field(default_factory=CorrectiveConfig)
     relearn: RelearnConfig = field(default_factory=RelearnConfig)
-    """The second pass, with shapes relearnt from the first; not for a live source, a hidden face or colour alone."""
+    """More passes, with shapes relearnt from the one before; not for a live source, a hidden face or colour alone."""
     hidden: Literal["upper"] | None = None
     """What a headset hides: the upper face, whose skin, landmarks and shapes are then left out; None: nothing."""
     late: bool = False
@@ -115,12 +115,15 @@ def track_take(
         return replace(found, performance=with_upper_shapes(found.performance, rig))
     if config.live or not take.has_depth:
         return found
-    first = FirstPass(take, model, found.performance, found.fitted, T_WORLD_CAMERA)
-    relearnt = relearn_shapes(first, config.relearn, progress)
-    if relearnt is rig:
-        return found
-    again = zip(take, told, strict=False)
-    return _walked(take, tracking_model(relearnt, marks), again, config, progress, timer, watch, "tracking once more")
+    for _ in range(config.relearn.rounds):
+        last = FirstPass(take, model, found.performance, found.fitted, T_WORLD_CAMERA)
+        relearnt = relearn_shapes(last, config.relearn, progress)
+        if relearnt is model.rig:
+            break
+        model = tracking_model(relearnt, marks)
+        again = zip(take, told, strict=False)
+        found = _walked(take, model, again, config, progress, timer, watch, "tracking once more")
+    return found
 
 
 def _walked(
@@ -279,13 +282,9 @@ def _collect(take: RgbdTake, model: TrackingModel, kept: _Results, stopped: str 
         raise no_face(take)
     shapes, more = kept.residuals.finish()
     more = more if len(more) else np.zeros((len(kept), 0))
-    performance = Performance(
-        rig=with_correctives(model.rig, model, shapes),
-        weights=np.concatenate([kept.stacked("weights"), more], 1),
-        T_world_face=kept.T_world_face(),
-        rate=take.rate,
-        tracked=kept.tracked,
-    )
+    rig = with_correctives(model.rig, model, shapes)
+    weights = np.concatenate([kept.stacked("weights"), more], 1)
+    performance = Performance(rig, weights, kept.T_world_face(), take.rate, kept.tracked)
     errors, to_anchors, to_adaptive = kept.stacked("numbers").T
     return Tracked(
         performance=performance,

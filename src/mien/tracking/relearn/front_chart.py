@@ -49,6 +49,10 @@ class FrontChart:
         """Values of the vertices at every pixel; 0 where there is none."""
         return np.einsum("hwc,hwcd->hwd", self.barycentric, values[self.corners])
 
+    def at_vertices(self, images: Float32[np.ndarray, "c h w"]) -> Float[np.ndarray, "f c"]:
+        """Pixels' values where the vertices lie."""
+        return sampled(np.moveaxis(images, 0, -1), self.uv)
+
 
 def front_chart(model: TrackingModel, pixel_mm: float) -> FrontChart:
     """The front of the neutral on a chart of pixels `pixel_mm` wide."""

@@ -7,31 +7,48 @@ from itertools import islice
 import numpy as np
 from jaxtyping import Float, Float32, Int
 
+from ...image_space.layout import sampled
 from ...progress import SILENT, Progress
 from ...rgbd import RgbdTake
 from ...rig import Performance, Rig
 from ...transforms import Transform
 from ..model import TrackingModel
 from .front_chart import ChartedFrame, FrontChart, charted, front_chart
-from .shape_corrections import BLOCKS, CorrectionConfig, MissedMotion, believed_corrections, nothing_missed
-from .skin_slip import SlipConfig, calm_reference, skin_slip
+from .node_grid import NodeGrid
+from .shape_corrections import (
+    BLOCKS,
+    CorrectionConfig,
+    MissedMotion,
+    along_corrections,
+    believed_corrections,
+    nothing_missed,
+)
+from .shape_flow import ShapeFlowConfig, difference, shape_flow
+from .skin_look import LookConfig, calm_reference, normalised
 
 CALM_SHARE = 0.25
 """At most this share of a take's tracked frames counts as calm."""
+TINY = 1e-9
+"""Pictures that differ by less do not differ."""
 
 
 @dataclass(frozen=True)
 class RelearnConfig:
     """Shapes relearnt from the picture after a first pass; the take is then tracked anew."""
 
+    rounds: int = 2
+    """How often. A third brings half of what the second does."""
     frames: int = 200
-    """Most frames that are looked at, evenly over the take, a quarter of a second of processor time each; 0 = none: the
-    rig's shapes stay as they are."""
+    """Most frames whose final mesh is looked at, evenly over the take; 0 = none: the rig's shapes stay as they are."""
+    pictures: int = 30
+    """Most of them whose picture is looked at, a quarter of a second of processor time each. More say nothing new: what
+    errs is not noise, but what skin looks like in an expression."""
     least: int = 60
     """A take of fewer tracked frames says too little."""
     calm: int = 30
     """Most frames, those with the least expression, that show what the skin looks like at rest."""
-    slip: SlipConfig = field(default_factory=SlipConfig)
+    look: LookConfig = field(default_factory=LookConfig)
+    flow: ShapeFlowConfig = field(default_factory=ShapeFlowConfig)
     corrections: CorrectionConfig = field(default_factory=CorrectionConfig)
 
 
@@ -76,14 +93,18 @@ def relearn_shapes(first: FirstPass, config: RelearnConfig = RelearnConfig(), pr
     if not config.frames or len(tracked) < config.least:
         return first.model.rig
     numbers = calm_numbers(first, tracked, min(config.calm, int(CALM_SHARE * len(tracked))))
-    calm = calm_look(first, numbers, config.slip)
+    calm = calm_look(first, numbers, config.look)
     if calm is None:
         return first.model.rig
-    looked = tracked[:: -(-len(tracked) // config.frames)]
-    along, across = missed_motion(first, calm, looked, config.slip, progress)
-    found = believed_corrections(along, first.model, config.corrections)
-    found += believed_corrections(across, first.model, config.corrections)
+    across = missed_by_mesh(first, calm, evenly(tracked, config.frames))
+    found = believed_corrections(across, first.model, config.corrections)
+    found += missed_along(first, calm, evenly(tracked, config.pictures), config, progress)
     return bent_rig(first.model, found) if found.any() else first.model.rig
+
+
+def evenly(numbers: Int[np.ndarray, " n"], most: int) -> Int[np.ndarray, " m"]:
+    """At most so many of them, evenly."""
+    return numbers[:: -(-len(numbers) // most)]
 
 
 def calm_numbers(first: FirstPass, tracked: Int[np.ndarray, " n"], most: int) -> Int[np.ndarray, " c"]:
@@ -102,37 +123,74 @@ class CalmLook:
     chart: FrontChart
     reference: Float32[np.ndarray, "h w"]
     """What the skin shows."""
-    slip: Float32[np.ndarray, "f 3"]
-    """Slip that stands there, mm."""
+    weights: Float[np.ndarray, " k"]
+    """What the fit's are there."""
     offset: Float32[np.ndarray, "f 3"]
     """What the final mesh adds there, mm."""
 
 
-def calm_look(first: FirstPass, calm: Int[np.ndarray, " c"], config: SlipConfig) -> CalmLook | None:
-    """What calm frames show; None where they have no picture."""
+def calm_look(first: FirstPass, calm: Int[np.ndarray, " c"], config: LookConfig) -> CalmLook | None:
+    """What calm frames show; None where they have no picture, or nothing on it."""
     chart = front_chart(first.model, config.pixel_mm)
     frames = [frame for _, frame in first.charted(chart, calm)]
     if not frames:
         return None
     reference = calm_reference(frames, config)
-    slip = np.mean([skin_slip(chart, frame, reference, config) for frame in frames], axis=0)
+    if not np.isfinite(reference).any():
+        return None
     offset = np.mean([first.offset(number) for number in calm.tolist()], axis=0)
-    return CalmLook(chart, reference, slip, offset)
+    return CalmLook(chart, reference, first.fitted[calm].mean(axis=0), offset)
 
 
-def missed_motion(
-    first: FirstPass, calm: CalmLook, looked: Int[np.ndarray, " n"], config: SlipConfig, progress: Progress
-) -> tuple[MissedMotion, MissedMotion]:
-    """Along the skin by the picture, and by the final mesh; of the frames looked at, from the face at rest."""
-    shapes, vertices = first.model.shapes, len(first.model.front)
-    along, across = nothing_missed(shapes, vertices), nothing_missed(shapes, vertices)
-    for done, (number, frame) in enumerate(first.charted(calm.chart, looked)):
-        block = int(np.searchsorted(looked, number)) * BLOCKS // len(looked)
-        weights = first.fitted[number]
-        along.add(block, weights, skin_slip(calm.chart, frame, calm.reference, config) - calm.slip)
-        across.add(block, weights, first.offset(number) - calm.offset)
-        progress.update("looking where skin slips", done + 1, len(looked))
-    return along, across
+def missed_by_mesh(first: FirstPass, calm: CalmLook, looked: Int[np.ndarray, " n"]) -> MissedMotion:
+    """What the final mesh adds to the shapes, from the face at rest."""
+    missed = nothing_missed(first.model.shapes, len(first.model.front))
+    for place, number in enumerate(looked.tolist()):
+        block = place * BLOCKS // len(looked)
+        missed.add(block, first.fitted[number], first.offset(number) - calm.offset)
+    return missed
+
+
+def missed_along(
+    first: FirstPass, calm: CalmLook, looked: Int[np.ndarray, " n"], config: RelearnConfig, progress: Progress
+) -> Float[np.ndarray, "k f 3"]:
+    """What shapes lack along the skin, by the picture, mm at weight 1; 0 where pictures hardly come to agree by it."""
+    numbers, pictures, surfaces = [], [], []
+    for number, frame in first.charted(calm.chart, looked):
+        numbers.append(number)
+        pictures.append(normalised(frame.grey, config.look))
+        surfaces.append(frame.surface)
+        progress.update("looking where skin slips", len(numbers), len(looked))
+    weights = first.fitted[numbers] - calm.weights
+    found = shape_flow(pictures, calm.reference, weights, config.flow)
+    slip = np.stack([slip_of(calm.chart, surface, found.of_frame(t)) for t, surface in enumerate(surfaces)])
+    before, after = (
+        difference(flow, pictures, calm.reference, config.flow)
+        for flow in (replace(found, flow=np.zeros_like(found.flow)), found)
+    )
+    belief = calm.chart.at_vertices(picture_belief(found.grid, before, after, config))[:, 0]
+    return along_corrections(weights, slip, belief, first.model, config.corrections)
+
+
+def slip_of(
+    chart: FrontChart, surface: Float[np.ndarray, "h w 3"], flow: Float32[np.ndarray, "2 h w"]
+) -> Float[np.ndarray, "f 3"]:
+    """From where the model puts each vertex to where its skin is seen, mm along the surface; 0 off the chart."""
+    moved = chart.uv + chart.at_vertices(flow)
+    step = sampled(surface, moved) - sampled(surface, chart.uv)
+    return step * chart.shown[:, None]
+
+
+def picture_belief(
+    grid: NodeGrid, before: Float[np.ndarray, " n"], after: Float[np.ndarray, " n"], config: RelearnConfig
+) -> Float32[np.ndarray, "1 h w"]:
+    """0..1: how far flow is believed, by how much nearer it brings the pictures to the reference round about."""
+    sigma = config.corrections.around_mm / config.look.pixel_mm
+    differs, still = grid.pooled(np.stack([before, after], axis=1), sigma).T
+    fall = 1 - still / np.maximum(differs, TINY)
+    doubtful, believed = config.corrections.falls_doubtful, config.corrections.falls_believed
+    belief = np.clip((fall - doubtful) / (believed - doubtful), 0.0, 1.0)
+    return grid.between(belief[:, None])
 
 
 def bent_rig(model: TrackingModel, corrections: Float[np.ndarray, "k f 3"]) -> Rig:

@@ -23,10 +23,18 @@ class CorrectionConfig:
     """Weight of each squared correction a frame: shapes whose mean squared weight is less change by less than half."""
     doubtful: float = 0.45
     """Share of the missed motion round a vertex, in parts of the take left out by turns, that corrections must foretell
-    before they change it. Where skin is smooth, flow follows shades, which come back with the weights too: up to 0.42
-    on staged films that corrections make worse."""
+    before what the final mesh adds changes it."""
     believed: float = 0.75
-    """The share from which on corrections are taken whole."""
+    """The share from which on it is taken whole."""
+    along_ridge: float = 0.03
+    """The ridge of what pictures say along the skin: their flow is smooth already."""
+    around_mm: float = 20.0
+    """Deviation of the window in which pictures must come nearer to the skin at rest."""
+    falls_doubtful: float = 0.08
+    """Share by which they must differ less before flow changes a shape. Where skin is smooth, flow follows shades,
+    which come back with the weights too: pictures then differ by 0.05 less."""
+    falls_believed: float = 0.14
+    """The share from which on flow is taken whole."""
 
 
 @dataclass
@@ -59,7 +67,7 @@ def nothing_missed(shapes: int, vertices: int) -> MissedMotion:
     )
 
 
-def corrections(gram: Float[np.ndarray, "k k"], product: Float32[np.ndarray, "k f3"], ridge: float) -> np.ndarray:
+def corrections(gram: Float[np.ndarray, "k k"], product: Float[np.ndarray, "k f3"], ridge: float) -> np.ndarray:
     """The ridge regression: what each shape lacks at weight 1, (k, 3 f) mm."""
     return np.linalg.solve(gram + ridge * np.eye(len(gram)), product)
 
@@ -95,4 +103,17 @@ def believed_corrections(
     found = corrections(sums.gram.sum(axis=0), sums.product.sum(axis=0), ridge)
     share = foretold_share(sums, averaging(model.faces, len(model.front)), ridge)
     belief = np.clip((share - config.doubtful) / (config.believed - config.doubtful), 0.0, 1.0)
+    return found.reshape(model.shapes, -1, 3) * (belief * model.fade)[:, None]
+
+
+def along_corrections(
+    weights: Float[np.ndarray, "n k"],
+    slip: Float[np.ndarray, "n f 3"],
+    belief: Float[np.ndarray, " f"],
+    model: TrackingModel,
+    config: CorrectionConfig,
+) -> Float[np.ndarray, "k f 3"]:
+    """What is added to the front of each shape, mm at weight 1, that skin slips as it does in n frames."""
+    product = weights.T @ slip.reshape(len(slip), -1)
+    found = corrections(weights.T @ weights, product, config.along_ridge * len(weights))
     return found.reshape(model.shapes, -1, 3) * (belief * model.fade)[:, None]
