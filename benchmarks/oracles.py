@@ -1,6 +1,7 @@
 """What a take allows at best, by oracles that know the truth.
 
-    python benchmarks/oracles.py [--only markers100 markers30 rgbd] [--takes FOLDER] [--played FOLDER]
+    python benchmarks/oracles.py [--only markers100 markers30 rgbd colour] [--takes FOLDER] [--played FOLDER]
+    python benchmarks/oracles.py --staged 501 502 [--kind stranger] [--seconds 3]
 
 The true neutral mesh in the true head pose, moved by a smooth spline under the markers as they were recorded, and under
 the skin that they sit on: % of the frozen baseline, take / strongest tenth. With `--played`, the `--work` folder of
@@ -8,14 +9,17 @@ the skin that they sit on: % of the frozen baseline, take / strongest tenth. Wit
 
 An RGB-D take (two minutes): what is tracked; the weights that were played, and the best ones for every true place of
 the skin, on the person's rig; shapes scaled or relearnt for the weights that were found; the error along the skin taken
-away; the take tracked anew with such scales, with the true neutral, with the true head pose. The takes lie in
-`shared/strangers`; without them nothing is run.
+away; the take tracked anew with such scales, with the true neutral, with the true head pose. Its colour alone (a
+minute): what is tracked, and where the head is off; the same with parts of the head's motion as they truly were; the
+head told from the true picture of all the skin; the true lens, and a rig that was made with depth. The takes lie in
+`shared/strangers`; without them nothing is run. `--staged`: what is tracked of staged performers' colour alone.
 """
 
 import argparse
 from pathlib import Path
 
 import numpy as np
+from oracles_colour import colour, staged
 from oracles_rgbd import rgbd
 from shares import shares
 from strangers import default_takes
@@ -31,7 +35,7 @@ REACH_MM = 40.0
 """A marker's pull fades beyond about so far; 17 to 100 mm change a percent or two."""
 STEP = 12
 """Every so many frames are scored."""
-TAKES = ("markers100", "markers30", "rgbd")
+TAKES = ("markers100", "markers30", "rgbd", "colour")
 SCALES = np.r_[0.0, np.geomspace(0.1, 10.0, 60)]
 """Scales of a weight that are tried."""
 
@@ -74,13 +78,20 @@ def main() -> None:
     parser.add_argument("--only", nargs="+", choices=TAKES, default=TAKES)
     parser.add_argument("--takes", type=Path, default=default_takes())
     parser.add_argument("--played", type=Path)
+    parser.add_argument("--staged", type=int, nargs="+", metavar="SEED")
+    parser.add_argument("--kind", choices=["bent", "stranger"], default="bent")
+    parser.add_argument("--seconds", type=float, default=3.0)
     options = parser.parse_args()
+    for seed in options.staged or ():
+        staged(seed, options.kind, options.seconds)
+    if options.staged:
+        return
     if options.takes is None or not options.takes.is_dir():
         print("oracles: skipped, there is no folder shared/strangers (say --takes)")
         return
     for name in options.only:
-        if name == "rgbd":
-            rgbd(options.takes / name)
+        if name in ("rgbd", "colour"):
+            {"rgbd": rgbd, "colour": colour}[name](options.takes / "rgbd")
             continue
         interpolation(options.takes / name)
         if options.played:

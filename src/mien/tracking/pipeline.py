@@ -24,8 +24,7 @@ from .hidden.lower_face import lower_face_config, lower_face_model, with_upper_s
 from .model import TrackingModel, tracking_model
 from .person.calm_frames import PATIENCE, no_face, with_scale
 from .relearn.relearn_shapes import FirstPass, RelearnConfig, relearn_shapes
-from .terms.fit_config import BlendshapeFitConfig
-from .terms.photometric import PhotometricConfig
+from .terms.fit_config import BlendshapeFitConfig, colour_alone
 from .tracker import step_or_lose
 from .tracker_context import NoTimer, StageTimer, TrackConfig, TrackResult, initial_state, tracker_context
 
@@ -38,13 +37,8 @@ class TrackTakeConfig:
     """Tracking a whole take."""
 
     track: TrackConfig = field(default_factory=TrackConfig)
-    video: BlendshapeFitConfig = field(
-        default_factory=lambda: BlendshapeFitConfig(
-            alone=2.0, photometric=PhotometricConfig(weight=1000.0, around=9, noise=1.0, head=0.1)
-        )
-    )
-    """The blendshape fit where there is no depth: landmarks weigh less than the paper's, and so does the picture, above
-    all in what it says of the head, since nothing holds that at its distance."""
+    video: BlendshapeFitConfig = field(default_factory=colour_alone)
+    """The blendshape fit where there is no depth."""
     correctives: CorrectiveConfig = field(default_factory=CorrectiveConfig)
     relearn: RelearnConfig = field(default_factory=RelearnConfig)
     """More passes, with shapes relearnt from the one before; not for a live source, a hidden face or colour alone."""
