@@ -1,13 +1,13 @@
 """Do the figures that a solve prints know its true error? Rank correlations over many staged takes.
 
-    python benchmarks/sureness.py [--takes 20] [--tuning] [--markers 100 60 30] [--seconds 8]
+    python benchmarks/sureness.py [--takes 20] [--tuning] [--markers 100 60 30] [--seconds 8] [--restless]
         [--elsewhere FOLDER] [--json out.json]
 
 Performers of both kinds (reporting seeds, or with `--tuning` those that choices are made on, in turn: moved by muscles,
 by the bundled shapes bent) with the faults of uncleaned takes, the numbers of markers in turn. Every number that the
 result carries is tried; 1 or -1 would know the order of the takes exactly, and 0.7 is wanted of one of them. Takes of
 people from another face model, where they lie in `shared/strangers` beside the project or where `--elsewhere` says,
-count too, scored by their own script.
+count too, scored by their own script. `--restless` cuts takes out of a longer performance where it comes least to rest.
 """
 
 import argparse
@@ -25,9 +25,10 @@ from strangers import default_takes
 
 from mien.errors import BadInput
 from mien.faces import load_face
+from mien.faces.arkit import ARKIT_NAMES
 from mien.io.gltf import write_performance
 from mien.io.markers import read_markers
-from mien.markers.pipeline import solve_take
+from mien.markers.pipeline import TakeSolve, solve_take
 from mien.stage import (
     STRANGER,
     MocapConfig,
@@ -42,6 +43,8 @@ from mien.stage import (
 from mien.stage.seeds import MANY_REPORTING_SEEDS, TUNING_SEEDS
 
 RATE = 60.0
+WHOLE_S = 30.0
+"""Length of a performance that restless takes are cut out of."""
 GOAL = 0.7
 KINDS = {"muscles": STRANGER, "bent": PerformerConfig()}
 """In turn: moved by muscles of their own, or by the bundled shapes bent."""
@@ -56,9 +59,9 @@ ELSEWHERE = ("markers100", "markers30")
 """Marker takes of people from another face model."""
 
 
-def figures(solved: object) -> dict[str, float]:
-    """Every number of the result and of its parts, and the mean of its residuals."""
-    found = {}
+def figures(solved: TakeSolve) -> dict[str, float]:
+    """Every number of the result and of its parts, what they come to together, and the mean of its residuals."""
+    found = {"expected_share": solved.left_out.expected_share}
     for part in (solved, *(getattr(solved, f.name) for f in fields(solved) if is_dataclass(getattr(solved, f.name)))):  # type: ignore
         for f in fields(part):
             value = getattr(part, f.name)
@@ -69,11 +72,25 @@ def figures(solved: object) -> dict[str, float]:
     return found
 
 
-def one(seed: int, markers: int, kind: PerformerConfig, faults: MocapConfig, seconds: float) -> dict[str, float]:
+def performed(seconds: float, seed: int) -> np.ndarray:
+    """Weights of an ordinary take, (frames, 52)."""
+    return random_performance(RATE, seconds, seed).weights
+
+
+def restless(seconds: float, seed: int) -> np.ndarray:
+    """Weights of the piece of a performance that comes least to rest, (frames, 52): its calmest frame has the most."""
+    whole = random_performance(RATE, WHOLE_S, seed).weights
+    length = int(seconds * RATE)
+    active = whole[:, [not name.startswith("eye") for name in ARKIT_NAMES]].sum(axis=1)
+    starts = np.arange(0, len(whole) - length, int(RATE / 4))
+    first = max(starts, key=lambda start: active[start : start + length].min())
+    return whole[first : first + length]
+
+
+def one(seed: int, markers: int, kind: PerformerConfig, faults: MocapConfig, weights: np.ndarray) -> dict[str, float]:
     """One take: its printed figures and its true error."""
     performer = make_performer(seed, kind)
-    script = random_performance(RATE, seconds, seed)
-    take = perform(performer, script.weights, RATE, marker_layout(performer, markers), faults, seed)
+    take = perform(performer, weights, RATE, marker_layout(performer, markers), faults, seed)
     solved = solve_take(take.markers, load_face())
     score = score_performance(solved.performance, take.truth, step=4)
     true = {
@@ -98,7 +115,14 @@ def from_elsewhere(folder: Path) -> dict[str, float]:
     return figures(solved) | true
 
 
-SHOWN = ("left_out_share", "left_out_mm", "residual", "true_ratio", "true_expression_mm", "true_mm")
+SHOWN = (
+    "expected_share",
+    "left_out_share",
+    "residual",
+    "true_ratio",
+    "true_expression_mm",
+    "true_mm",
+)
 """What the table says of each take."""
 
 
@@ -120,6 +144,7 @@ def main() -> None:
     parser.add_argument("--markers", type=int, nargs="+", default=[100, 60, 30])
     parser.add_argument("--tuning", action="store_true")
     parser.add_argument("--seconds", type=float, default=8.0)
+    parser.add_argument("--restless", action="store_true")
     parser.add_argument("--elsewhere", type=Path, default=default_takes())
     parser.add_argument("--json", type=Path)
     options = parser.parse_args()
@@ -133,7 +158,9 @@ def main() -> None:
         markers = options.markers[i % len(options.markers)]
         kind, faults = list(KINDS)[seed % len(KINDS)], list(FAULTS)[i // 2 % len(FAULTS)]
         case = f"{seed}, {kind}, {markers} markers, {faults}"
-        rows += shown(case, partial(one, seed, markers, KINDS[kind], FAULTS[faults], options.seconds))
+        script = restless if options.restless else performed
+        weights = script(options.seconds, seed)
+        rows += shown(case, partial(one, seed, markers, KINDS[kind], FAULTS[faults], weights))
     for name in sorted({n for row in rows for n in row if n != "case" and not n.startswith("true")}):
         printed = np.array([row.get(name, np.nan) for row in rows])
         against = {t: rank_correlation(printed, np.array([row[t] for row in rows])) for t in rows[0] if "true" in t}

@@ -5,7 +5,15 @@ from dataclasses import replace
 import numpy as np
 
 from marker_stage import acted, small_model
-from mien.markers.left_out import LeftOutConfig, LeftOutError, folds, jitter_of, leave_markers_out, left_out_doubt
+from mien.markers.left_out import (
+    LeftOutConfig,
+    LeftOutError,
+    folds,
+    jitter_of,
+    leave_markers_out,
+    left_out_doubt,
+    neutral_leaves_open,
+)
 from mien.takes.frame_solve import SolveConfig
 from mien.takes.motion_covariance import MotionCovariance
 from mien.transforms import Transform
@@ -44,6 +52,16 @@ def test_badly_told_markers_are_a_warning_and_untried_ones_none():
     assert "82%" in left_out_doubt(LeftOutError(0.7, 0.82))[0]
     assert left_out_doubt(LeftOutError(0.4, 0.34)) == ()
     assert left_out_doubt(LeftOutError(np.nan, np.nan)) == ()
+
+
+def test_what_the_neutral_leaves_open_counts_beside_the_markers_and_is_a_warning():
+    """Markers told to 30 %; 4 % of squared motion is taken away, a share of 0.2 that counts twice: 50 %."""
+    told = LeftOutError(0.6, 0.3, open_share=neutral_leaves_open(0.96))
+    np.testing.assert_allclose(told.expected_share, 0.5)
+    assert "(30% of a frozen face's error, 50% with" in str(told)
+    assert left_out_doubt(told) == ()
+    assert "--neutral" in left_out_doubt(replace(told, open_share=neutral_leaves_open(0.8)))[0]
+    assert neutral_leaves_open(1.0) == neutral_leaves_open(0.8, LeftOutConfig(taken_away=0.0)) == 0
 
 
 def test_motion_carried_from_the_markers_shown_counts_where_shapes_are_wrong():

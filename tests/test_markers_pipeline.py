@@ -10,7 +10,7 @@ from marker_stage import staged_take
 from mien.faces import ARKIT_NAMES, load_face
 from mien.io.markers import read_markers
 from mien.markers.between_markers import BetweenConfig
-from mien.markers.left_out import LeftOutConfig
+from mien.markers.left_out import LeftOutConfig, neutral_leaves_open
 from mien.markers.personalise_shapes import spline
 from mien.markers.pipeline import TakeConfig, carry_between, fit_neutral_to_markers, solve_take
 from mien.reports.markers import preview, take_report, telling_frames
@@ -39,6 +39,7 @@ def test_a_staged_take_is_followed_far_closer_than_by_a_frozen_face(staged, solv
     assert score.surface <= 1.5
     assert solved.depth_known
     assert solved.calibration.alignment_margin > 0.3
+    assert solved.left_out.open_share == neutral_leaves_open(solved.calibration.neutral.added) > 0
 
 
 def test_shapes_between_the_markers_are_bent_as_far_as_carried_motion_counts(staged, solved):

@@ -34,6 +34,11 @@ class LeftOutConfig:
     """Gauss-Newton rounds of each solve."""
     doubtful_share: float = 0.6
     """Markers told worse than to this share of a frozen face's error are a warning; takes come to 0.3 to 1.3."""
+    taken_away: float = 2.0
+    """Share of a frozen face's error that a neutral leaves open for each share of motion that must be taken away from
+    it; half and twice as much know the order of staged takes less well; 0: none."""
+    doubtful_expected: float = 0.7
+    """An expected error worse than this share of a frozen face's is a warning too."""
 
 
 @dataclass(frozen=True)
@@ -54,28 +59,50 @@ class LeftOutError:
     """rms distance of a sample from where the marker was, as neighbouring frames tell."""
     neutral_share: float = np.nan
     """`left_out_mm` as a share of how far the markers are from their places on the neutral face."""
+    open_share: float = 0.0
+    """What the neutral leaves open (`neutral_leaves_open`), of which markers left out say nothing."""
 
     @property
     def motion_mm(self) -> float:
         """How far markers move, rms without jitter; 0 where nothing was tried."""
         return 0.0 if self.marker_motion_mm is None else without_jitter(self.marker_motion_mm, self.jitter_mm)
 
+    @property
+    def expected_share(self) -> float:
+        """Expected error of expressions as a share of a frozen face's: what markers miss, and what the neutral does."""
+        return float(np.hypot(self.left_out_share, self.open_share))
+
     def __str__(self) -> str:
         if not np.isfinite(self.left_out_mm):
             return ""
         return (
-            f"left-out markers told to {self.left_out_mm:.2f} mm ({self.left_out_share:.0%} of a frozen face's error)"
+            f"left-out markers told to {self.left_out_mm:.2f} mm ({self.left_out_share:.0%} of a frozen face's error, "
+            f"{self.expected_share:.0%} with what the neutral leaves open)"
         )
 
 
+def neutral_leaves_open(added: float, config: LeftOutConfig = LeftOutConfig()) -> float:
+    """How far expressions may be off by the neutral, a frozen face's error being 1.
+
+    Args:
+        added: `Neutral.added`, of squared motion; what is not added must be taken away from the neutral.
+    """
+    return config.taken_away * float(np.sqrt(max(1 - added, 0.0)))
+
+
 def left_out_doubt(found: LeftOutError, config: LeftOutConfig = LeftOutConfig()) -> tuple[str, ...]:
-    """A line where the face's shapes say little of the markers."""
-    if not found.left_out_share > config.doubtful_share:
-        return ()
-    return (
-        f"markers left out by turns are told badly ({found.left_out_share:.0%} of a frozen face's error): between the "
-        "markers the face is little better than frozen",
-    )
+    """A line where the face's shapes say little of the markers, or the neutral may be none."""
+    if found.left_out_share > config.doubtful_share:
+        return (
+            f"markers left out by turns are told badly ({found.left_out_share:.0%} of a frozen face's error): between "
+            "the markers the face is little better than frozen",
+        )
+    if found.expected_share > config.doubtful_expected:
+        return (
+            f"the neutral may be none, and every expression off by what it shows ({found.expected_share:.0%} of a "
+            "frozen face's error): name a frame at rest with --neutral",
+        )
+    return ()
 
 
 def leave_markers_out(

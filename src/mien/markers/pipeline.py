@@ -23,7 +23,7 @@ from ..takes.world import turn_y_up
 from ..transforms import Transform
 from .between_markers import BetweenConfig, carry_between_markers
 from .calibrate import CalibrateConfig, Calibration, calibrate, calibrate_by_hand
-from .left_out import LeftOutConfig, LeftOutError, leave_markers_out, left_out_doubt
+from .left_out import LeftOutConfig, LeftOutError, leave_markers_out, left_out_doubt, neutral_leaves_open
 from .personalise_shapes import PersonaliseConfig, personalise_shapes, shape_corrections, spline
 from .plausibility import Fit, doubts, refuse_untold
 from .region_confidence import RegionConfidence, region_confidence, regions_line
@@ -209,6 +209,7 @@ def carry_between(
         covariance=covariance,
         between=between,
     )
+    left_out = replace(left_out, open_share=neutral_leaves_open(unbent.neutral.added, config.left_out))
     if covariance is None or left_out.carry_share == 0:
         return personal, solved, left_out
     rig = carry_between_markers(personal.rig, personal.attachment, covariance, skin, left_out.carry_share, between)
