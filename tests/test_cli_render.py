@@ -38,9 +38,10 @@ def size_of(path) -> tuple[int, int]:
         return image.size
 
 
-def test_command_draws_stills_sheets_and_films(files):
+def test_command_draws_stills_sheets_and_films(files, capsys):
     small = ("--size", 64)
     run("render", files / "perf.glb", "-o", files / "a.png", "--frame", 4, *small)
+    assert f"wrote {files / 'a.png'}" in capsys.readouterr().out
     assert size_of(files / "a.png") == (64, 64)
     run("render", files / "perf.glb", "-o", files / "b.png", "--sheet", 4, *small)
     assert size_of(files / "b.png") == (132, 132)

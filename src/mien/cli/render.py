@@ -116,6 +116,7 @@ def render(
             write_png(output, shapes)
         else:
             show_still(thing, other, output, shot, progress)
+    print(f"wrote {output}")
 
 
 def way_of(thing: Performance | Rig | Scan, other: object, output: Path, frame: int | None) -> str:
