@@ -61,7 +61,7 @@ ELSEWHERE = ("markers100", "markers30")
 
 def figures(solved: TakeSolve) -> dict[str, float]:
     """Every number of the result and of its parts, what they come to together, and the mean of its residuals."""
-    found = {"expected_share": solved.left_out.expected_share}
+    found = {"expected_share": solved.left_out.expected_share, "neutral_added": solved.calibration.neutral.added}
     for part in (solved, *(getattr(solved, f.name) for f in fields(solved) if is_dataclass(getattr(solved, f.name)))):  # type: ignore
         for f in fields(part):
             value = getattr(part, f.name)
@@ -118,6 +118,7 @@ def from_elsewhere(folder: Path) -> dict[str, float]:
 SHOWN = (
     "expected_share",
     "left_out_share",
+    "neutral_added",
     "residual",
     "true_ratio",
     "true_expression_mm",

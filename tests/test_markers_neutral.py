@@ -51,6 +51,7 @@ def test_a_held_smile_is_told_as_no_neutral(smiler):
     at_rest, smiling = (added_share(X, FRAMES, f, load_face().rig, fit, None, SolveConfig()) for f in (30, 100))
     assert smiling < at_rest - 0.03
     assert "may never rest" in Neutral(100, 0.6).line(60.0)
+    assert (Neutral(100, 0.89).rests, Neutral(100, 0.91).rests) == (False, True)
 
 
 def test_a_named_frame_is_taken_and_one_outside_is_refused(smiler):
