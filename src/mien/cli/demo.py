@@ -28,8 +28,7 @@ def demo(
 ) -> None:
     """Stage a performance, record it with faults, solve it, score it against the truth, and show it moving.
 
-    On two cores markers take about a minute, rgbd two (five with --figures), light four, blendshapes three to four,
-    scans and detail five.
+    How long each takes on two cores is told first: one to four minutes, rgbd with --figures five.
 
     Parameters
     ----------
