@@ -13,8 +13,9 @@ from mien.io.gltf import read_performance, write_performance
 from mien.landmarks.stream import with_landmarks
 from mien.mesh import vertex_normals
 from mien.rig import Rig
-from mien.tracking.pipeline import T_WORLD_CAMERA, track_frames, track_take
+from mien.tracking.pipeline import T_WORLD_CAMERA, TrackTakeConfig, track_frames, track_take
 from mien.tracking.rigid import damp_pose
+from mien.tracking.terms.fit_config import BlendshapeFitConfig
 from mien.tracking.tracker import step
 from mien.tracking.tracker_context import TrackConfig, initial_state, tracker_context
 
@@ -170,7 +171,8 @@ def test_correctives_learn_what_the_shapes_cannot_say():
 
 def test_a_performance_shows_the_final_mesh_and_survives_its_file(tmp_path):
     _, _, (made, landmarker) = odd_take()
-    result = track_take(made, stage.person(), stage.landmarks(), landmarker)
+    once = TrackTakeConfig(track=TrackConfig(fit=BlendshapeFitConfig(in_use=0.0)))
+    result = track_take(made, stage.person(), stage.landmarks(), landmarker, once)
     names = result.performance.rig.names
     assert names[52] == "corrective_01"
     write_performance(tmp_path / "p.glb", result.performance)

@@ -10,6 +10,7 @@ from mien.rgbd import read_rgbd
 from mien.rgbd.live import Replay, live_frames
 from mien.tracking.pipeline import TrackTakeConfig, track_take
 from mien.tracking.terms.fit_config import BlendshapeFitConfig
+from mien.tracking.tracker_context import TrackConfig
 from rgbd_study import FRAMES, played, track_shell
 
 
@@ -84,8 +85,8 @@ def test_a_take_is_tracked_anew_with_the_shapes_that_it_taught(monkeypatch):
     monkeypatch.setattr("mien.tracking.pipeline.relearn_shapes", halved)
     seen, heard = [], Heard()
     again = track_take(take, rig, stage.landmarks(), landmarker, progress=heard, watch=seen.append)
-    assert len(seen) == 2 * FRAMES
-    assert heard.stages == ["tracking"] * FRAMES + ["tracking once more"] * FRAMES
+    assert len(seen) == 3 * FRAMES
+    assert heard.stages == ["tracking"] * FRAMES + ["tracking once more"] * 2 * FRAMES
     np.testing.assert_array_equal(again.performance.rig.deltas[:52], smaller.deltas)
     first, second = asked
     assert second.model.rig is smaller
@@ -103,4 +104,21 @@ def test_a_take_is_tracked_anew_with_the_shapes_that_it_taught(monkeypatch):
     monkeypatch.setattr("mien.tracking.pipeline.relearn_shapes", lambda first, config, progress: rig)
     once = []
     track_take(take, rig, stage.landmarks(), landmarker, watch=once.append)
-    assert len(once) == FRAMES
+    assert len(once) == 2 * FRAMES
+
+
+def test_shapes_that_a_take_hardly_uses_are_left_out_once_it_is_known():
+    """A take too short for shapes to be relearnt: the second walk has the dearer prices alone."""
+    take, landmarker = played()
+    used = []
+    for in_use in (0.0, 0.1):
+        config = TrackTakeConfig(track=TrackConfig(fit=BlendshapeFitConfig(in_use=in_use)))
+        seen = []
+        out = track_take(take, stage.person(), stage.landmarks(), landmarker, config, watch=seen.append)
+        assert len(seen) == (2 if in_use else 1) * FRAMES
+        used.append(np.sqrt((out.fitted**2).mean(0)))
+    before, after = used
+    idle = before < 0.05
+    assert after[idle].sum() < 0.6 * before[idle].sum()
+    jaw = stage.person().index("jawOpen")
+    assert abs(after[jaw] - before[jaw]) < 0.1 * before[jaw]

@@ -6,7 +6,14 @@ import numpy as np
 
 from mien.faces.arkit import ARKIT_NAMES
 from mien.tracking.terms.fit_config import BlendshapeFitConfig
-from mien.tracking.terms.weight_prior import SCORE_DEVIATIONS, add_priors, twin, weight_prior
+from mien.tracking.terms.weight_prior import (
+    DEAREST,
+    SCORE_DEVIATIONS,
+    add_priors,
+    dearer_where_idle,
+    twin,
+    weight_prior,
+)
 
 NAMES = ("mouthSmileLeft", "mouthSmileRight", "mouthLeft", "mouthRight", "noseSneerLeft")
 NOTHING = BlendshapeFitConfig(
@@ -57,3 +64,20 @@ def test_ridge_sparsity_and_stillness_by_hand():
     A, b = equations(x, ridge=1.0, temporal_weight=2.0, l1=3.0, reweight_eps=0.5)
     np.testing.assert_allclose(np.diag(A), 3.0)
     np.testing.assert_allclose(b, [-3 * 0.5 - 3 / 2 / 2, -1.5, -1.5, -1.5, -1.5])
+
+
+def test_what_a_take_hardly_uses_grows_dearer_by_hand():
+    """Used at 0.5 in a quarter of the frames: 0.25 root mean square, so that 0.5 doubles its price."""
+    weights = np.zeros((4, 5))
+    weights[0] = [0.5, 1.0, 2.0, 0.002, 0.0]
+    prior = dearer_where_idle(weight_prior(NAMES), weights, in_use=0.5)
+    np.testing.assert_allclose(prior.dearness, [2, 1, 1, DEAREST, DEAREST])
+    np.testing.assert_array_equal(dearer_where_idle(prior, weights, in_use=0.0).dearness, np.ones(5))
+
+
+def test_the_dearer_coefficient_pays_so_many_times_the_price():
+    A, b = np.zeros((11, 11)), np.zeros(11)
+    prior = replace(weight_prior(NAMES), dearness=np.array([1.0, 2, 1, 1, 6]))
+    add_priors(A, b, np.zeros(5), np.zeros(5), None, prior, np.ones(5), replace(NOTHING, l1=2.0, l1_per_mm=1.0))
+    np.testing.assert_allclose(b[:5], [-1.5, -3, -1.5, -1.5, -9])
+    np.testing.assert_array_equal(A, 0)

@@ -25,6 +25,7 @@ from .model import TrackingModel, tracking_model
 from .person.calm_frames import PATIENCE, no_face, with_scale
 from .relearn.relearn_shapes import FirstPass, RelearnConfig, relearn_shapes
 from .terms.fit_config import BlendshapeFitConfig, colour_alone
+from .terms.weight_prior import dearer_where_idle
 from .tracker import step_or_lose
 from .tracker_context import NoTimer, StageTimer, TrackConfig, TrackResult, initial_state, tracker_context
 
@@ -91,7 +92,7 @@ def track_take(
 
     Args:
         landmarks: where they are on the rig, from `personalize`; found by looking at the rig if not given.
-        watch: hears every frame's outcome as it comes; those of the second pass as well.
+        watch: hears every frame's outcome as it comes; those of later passes as well.
 
     Raises:
         BadInput: a rig without expression shapes, no face in the first 30 frames, a depth scale that makes no face, or
@@ -102,21 +103,29 @@ def track_take(
     looking = landmarker or FaceLandmarker("video")
     late = config.late or config.live
     told: list[Landmarks2D | None] = []
-    seen = _remembered(with_landmarks(take, looking, late=late), told)
+    seen = _noted(with_landmarks(take, looking, late=late), lambda _, marks: told.append(marks))
     model = lower_face_model(rig, marks) if config.hidden else tracking_model(rig, marks)
     found = _walked(take, model, seen, config, progress, timer, watch)
     if config.hidden:
         return replace(found, performance=with_upper_shapes(found.performance, rig))
     if config.live or not take.has_depth:
         return found
+
+    def once_more(model: TrackingModel, before: Tracked) -> Tracked:
+        fitted = before.fitted[before.performance.tracked]
+        dearer = replace(model, prior=dearer_where_idle(model.prior, fitted, config.track.fit.in_use))
+        again = zip(take, told, strict=False)
+        return _walked(take, dearer, again, config, progress, timer, watch, "tracking once more")
+
+    if config.track.fit.in_use:
+        found = once_more(model, found)
     for _ in range(config.relearn.rounds):
         last = FirstPass(take, model, found.performance, found.fitted, T_WORLD_CAMERA)
         relearnt = relearn_shapes(last, config.relearn, progress)
         if relearnt is model.rig:
             break
         model = tracking_model(relearnt, marks)
-        again = zip(take, told, strict=False)
-        found = _walked(take, model, again, config, progress, timer, watch, "tracking once more")
+        found = once_more(model, found)
     return found
 
 
@@ -132,7 +141,7 @@ def _walked(
 ) -> Tracked:
     """One walk through the take, which progress calls `stage`."""
     times: list[float] = []
-    walk = track_frames(model, take, _timed(seen, times), config, timer)
+    walk = track_frames(model, take, _noted(seen, lambda frame, _: times.append(frame.time)), config, timer)
     kept = _Results(CorrectiveBasis(model, config.correctives))
     stopped = None
     try:
@@ -188,17 +197,10 @@ def check_shapes(rig: Rig, name: str = "the rig") -> None:
         )
 
 
-def _remembered(seen: Iterator, told: list[Landmarks2D | None]) -> Iterator:
-    """The same, each frame's landmarks noted."""
+def _noted(seen: Iterator, note: Callable[[RGBDFrame, Landmarks2D | None], None]) -> Iterator:
+    """The same, each frame and its landmarks told to `note` first."""
     for frame, landmarks in seen:
-        told.append(landmarks)
-        yield frame, landmarks
-
-
-def _timed(seen: Iterator, times: list[float]) -> Iterator:
-    """The same, each frame's time noted as it is asked for."""
-    for frame, landmarks in seen:
-        times.append(frame.time)
+        note(frame, landmarks)
         yield frame, landmarks
 
 

@@ -29,6 +29,9 @@ class BlendshapeFitConfig:
     """The same for each millimetre (root mean square over the front) that a shape moves the face at weight 1."""
     reweight_eps: float = 0.15
     """Coefficient at which both of these weigh half: what is surely there is not held back. Large = plain."""
+    in_use: float = 0.1
+    """Root mean square over a recorded take below which a shape grows dearer, in a second pass
+    (`terms.weight_prior.dearer_where_idle`); 0 = no such pass."""
     temporal_weight: float = 20.0
     """Weight of the squared change since the last frame."""
     scores: float = 4.0

@@ -5,11 +5,12 @@ measured shape by shape on films of tuning performers (`mien.stage.seeds`: 1, 2,
 its whole, alone and mixed: the deviations below, over a take in which a shape plays in a seventh of the frames. Of
 shapes that it does not tell from nothing (a deviation of 0.25) its scores are not used.
 
-Two more things hold for anybody: the two sides of a face move alike unless they are seen not to, eyes look the same
-way, and opposite shapes (mouth to the left, mouth to the right) are not made at once.
+A take once tracked tells which shapes it needs; the others grow dearer. Two more things hold for anybody: the two
+sides of a face move alike unless they are seen not to, eyes look the same way, and opposite shapes (mouth to the left,
+mouth to the right) are not made at once.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -34,6 +35,8 @@ OPPOSITE = (
     ("eyeLookInLeft", "eyeLookOutLeft"), ("eyeLookInRight", "eyeLookOutRight"),
 )  # fmt: skip
 """Shapes that undo each other."""
+DEAREST = 6.0
+"""Most that a shape's price is multiplied by: what is never used at a normal price need not be shut out."""
 ONE_SIDED = ("jawLeft", "mouthLeft")
 """Shapes whose name ends in a side and that have no twin on the other."""
 
@@ -50,6 +53,8 @@ class WeightPrior:
     """x' S x adds up the squared differences of the two sides."""
     opposition: Float[np.ndarray, "k k"]
     """x' O x is twice the sum of products of opposite shapes."""
+    dearness: Float[np.ndarray, " k"]
+    """What the price of each coefficient is multiplied by: 1 until a take has told."""
 
 
 def weight_prior(names: tuple[str, ...]) -> WeightPrior:
@@ -59,7 +64,22 @@ def weight_prior(names: tuple[str, ...]) -> WeightPrior:
         small_in_depth=np.array([float(name.startswith(SMALL_IN_DEPTH)) for name in names]),
         symmetry=_symmetry(names),
         opposition=_opposition(names),
+        dearness=np.ones(len(names)),
     )
+
+
+def dearer_where_idle(prior: WeightPrior, weights: Float[np.ndarray, "frames k"], in_use: float) -> WeightPrior:
+    """The prior with each shape's price raised by how little a take used it at the plain price.
+
+    Reweighted l1 (Candes, Wakin and Boyd 2008), all of a shape's coefficients over the take being one group: what comes
+    in faintly here and there fits errors of the depth, of the head's pose and of other shapes.
+
+    Args:
+        in_use: root mean square over the take from which on the price stays as it is; 0 = it stays for all.
+    """
+    used = np.sqrt((weights**2).mean(axis=0))
+    least = max(in_use / DEAREST, 1e-9)
+    return replace(prior, dearness=np.maximum(in_use / np.maximum(used, least), 1.0))
 
 
 def _trust(name: str) -> float:
@@ -116,7 +136,7 @@ def add_priors(
     """
     k = len(x)
     diagonal = np.full(k, config.ridge + config.temporal_weight)
-    price = (config.l1 + config.l1_per_mm * size) / (1 + x / config.reweight_eps)
+    price = prior.dearness * (config.l1 + config.l1_per_mm * size) / (1 + x / config.reweight_eps)
     b[:k] += config.temporal_weight * before - diagonal * x - price / 2
     if scores is not None:
         trust = config.scores * (1 + (config.eyes - 1) * prior.small_in_depth) * prior.score_trust * np.isfinite(scores)
