@@ -1,6 +1,6 @@
 """Everything of a rig that the tracker needs and that does not change while it runs."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -12,7 +12,7 @@ from ..landmarks.on_rig import FEATURES, LandmarkMap, skin_faces
 from ..mesh import Mesh, adjacency, boundary_vertices, mass, vertex_normals
 from ..rig import Rig
 from .packed_basis import PackedBasis, pack
-from .terms.weight_prior import WeightPrior, weight_prior
+from .terms.weight_prior import WeightPrior, dearer_where_idle, weight_prior
 
 EYE_CORNERS = (33, 263)
 """Landmarks at the outer corners of the eyes, the right one first."""
@@ -81,6 +81,10 @@ class TrackingModel:
         offset = front - vertices[self.front]
         vertices[self.front] += self.fade[:, None] * offset
         return vertices
+
+    def dearer_where_idle(self, weights: Float[np.ndarray, "frames k"], in_use: float) -> "TrackingModel":
+        """The model with dearer shapes where a take's weights say that it hardly uses them."""
+        return replace(self, prior=dearer_where_idle(self.prior, weights, in_use))
 
 
 def tracking_model(

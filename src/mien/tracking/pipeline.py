@@ -25,7 +25,6 @@ from .model import TrackingModel, tracking_model
 from .person.calm_frames import PATIENCE, no_face, with_scale
 from .relearn.relearn_shapes import FirstPass, RelearnConfig, relearn_shapes
 from .terms.fit_config import BlendshapeFitConfig, colour_alone
-from .terms.weight_prior import dearer_where_idle
 from .tracker import step_or_lose
 from .tracker_context import NoTimer, StageTimer, TrackConfig, TrackResult, initial_state, tracker_context
 
@@ -103,21 +102,21 @@ def track_take(
     looking = landmarker or FaceLandmarker("video")
     late = config.late or config.live
     told: list[Landmarks2D | None] = []
-    seen = _noted(with_landmarks(take, looking, late=late), lambda _, marks: told.append(marks))
+    seen = _remembered(with_landmarks(take, looking, late=late), told)
     model = lower_face_model(rig, marks) if config.hidden else tracking_model(rig, marks)
     found = _walked(take, model, seen, config, progress, timer, watch)
     if config.hidden:
         return replace(found, performance=with_upper_shapes(found.performance, rig))
     if config.live or not take.has_depth:
         return found
+    in_use = config.track.fit.in_use
 
     def once_more(model: TrackingModel, before: Tracked) -> Tracked:
-        fitted = before.fitted[before.performance.tracked]
-        dearer = replace(model, prior=dearer_where_idle(model.prior, fitted, config.track.fit.in_use))
+        dearer = model.dearer_where_idle(before.fitted, in_use)
         again = zip(take, told, strict=False)
         return _walked(take, dearer, again, config, progress, timer, watch, "tracking once more")
 
-    if config.track.fit.in_use:
+    if in_use:
         found = once_more(model, found)
     for _ in range(config.relearn.rounds):
         last = FirstPass(take, model, found.performance, found.fitted, T_WORLD_CAMERA)
@@ -141,7 +140,7 @@ def _walked(
 ) -> Tracked:
     """One walk through the take, which progress calls `stage`."""
     times: list[float] = []
-    walk = track_frames(model, take, _noted(seen, lambda frame, _: times.append(frame.time)), config, timer)
+    walk = track_frames(model, take, _timed(seen, times), config, timer)
     kept = _Results(CorrectiveBasis(model, config.correctives))
     stopped = None
     try:
@@ -197,10 +196,17 @@ def check_shapes(rig: Rig, name: str = "the rig") -> None:
         )
 
 
-def _noted(seen: Iterator, note: Callable[[RGBDFrame, Landmarks2D | None], None]) -> Iterator:
-    """The same, each frame and its landmarks told to `note` first."""
+def _remembered(seen: Iterator, told: list[Landmarks2D | None]) -> Iterator:
+    """The same, each frame's landmarks noted."""
     for frame, landmarks in seen:
-        note(frame, landmarks)
+        told.append(landmarks)
+        yield frame, landmarks
+
+
+def _timed(seen: Iterator, times: list[float]) -> Iterator:
+    """The same, each frame's time noted as it is asked for."""
+    for frame, landmarks in seen:
+        times.append(frame.time)
         yield frame, landmarks
 
 
