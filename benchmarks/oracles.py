@@ -1,6 +1,6 @@
 """What a take allows at best, by oracles that know the truth.
 
-    python benchmarks/oracles.py [--only markers100 markers30 rgbd colour] [--takes FOLDER] [--played FOLDER]
+    python benchmarks/oracles.py [--only markers100 markers30 rgbd colour scans] [--takes FOLDER] [--played FOLDER]
     python benchmarks/oracles.py --staged 501 502 [--kind stranger] [--seconds 3]
 
 The true neutral mesh in the true head pose, moved by a smooth spline under the markers as they were recorded, and under
@@ -11,8 +11,12 @@ An RGB-D take (two minutes): what is tracked; the weights that were played, and 
 the skin, on the person's rig; shapes scaled or relearnt for the weights that were found; the error along the skin taken
 away; the take tracked anew with such scales, with the true neutral, with the true head pose. Its colour alone (a
 minute): what is tracked, and where the head is off; the same with parts of the head's motion as they truly were; the
-head told from the true picture of all the skin; the true lens, and a rig that was made with depth. The takes lie in
-`shared/strangers`; without them nothing is run. `--staged`: what is tracked of staged performers' colour alone.
+head told from the true picture of all the skin; the true lens, and a rig that was made with depth. `--staged`: what is
+tracked of staged performers' colour alone.
+
+A take on scans (three minutes): as registered; with scans and their frames' markers in the true head; with every vertex
+where it belongs on the scans; with scans that show their frames exactly. The takes lie in `shared/strangers`; without
+them nothing is run.
 """
 
 import argparse
@@ -21,6 +25,7 @@ from pathlib import Path
 import numpy as np
 from oracles_colour import colour, staged
 from oracles_rgbd import rgbd
+from oracles_scans import scans
 from shares import shares
 from strangers import default_takes
 
@@ -35,7 +40,7 @@ REACH_MM = 40.0
 """A marker's pull fades beyond about so far; 17 to 100 mm change a percent or two."""
 STEP = 12
 """Every so many frames are scored."""
-TAKES = ("markers100", "markers30", "rgbd", "colour")
+TAKES = ("markers100", "markers30", "rgbd", "colour", "scans")
 SCALES = np.r_[0.0, np.geomspace(0.1, 10.0, 60)]
 """Scales of a weight that are tried."""
 
@@ -92,6 +97,9 @@ def main() -> None:
     for name in options.only:
         if name in ("rgbd", "colour"):
             {"rgbd": rgbd, "colour": colour}[name](options.takes / "rgbd")
+            continue
+        if name == "scans":
+            scans(options.takes)
             continue
         interpolation(options.takes / name)
         if options.played:

@@ -5,15 +5,21 @@ import numpy as np
 
 def shares(found: np.ndarray, true: np.ndarray) -> str:
     """Errors of motions from the neutral, (t, v, 3) mm: take / strongest tenth, %."""
-    strong = strongest(true)
-    frozen = np.linalg.norm(true - true.mean(axis=0), axis=2)
     off = found - true
-    cells = []
-    for name, error in (("own", off), ("mean removed", off - off.mean(axis=0))):
-        size = np.linalg.norm(error, axis=2)
-        take, tenth = (100 * size[rows].mean() / frozen[rows].mean() for rows in (slice(None), strong))
-        cells.append(f"{name} {take:.0f} / {tenth:.0f}")
-    return ", ".join(cells)
+    return f"own {_share(off, true)}, mean removed {_share(off - off.mean(axis=0), true)}"
+
+
+def world_share(placed: np.ndarray, true: np.ndarray) -> str:
+    """The same of skin with its head poses as they were found: `placed` in the true head, (t, v, 3) mm."""
+    off = placed - true
+    return f"world {_share(off - off.mean(axis=0), true)}"
+
+
+def _share(error: np.ndarray, true: np.ndarray) -> str:
+    frozen = np.linalg.norm(true - true.mean(axis=0), axis=2)
+    size = np.linalg.norm(error, axis=2)
+    take, tenth = (100 * size[rows].mean() / frozen[rows].mean() for rows in (slice(None), strongest(true)))
+    return f"{take:.0f} / {tenth:.0f}"
 
 
 def strongest(true: np.ndarray) -> np.ndarray:

@@ -44,6 +44,14 @@ def test_a_system_finds_a_small_motion_of_planes_and_points():
     np.testing.assert_array_equal(still.apply(points), points)
 
 
+def test_what_else_is_free_is_drawn_to_nothing_as_far_as_it_is_held():
+    """Forty planes a millimetre off and one column of ones, at 2: the least of 40 (x - 1)^2 + 10 (2 + x)^2 is 0.4."""
+    nothing = np.zeros((40, 3))
+    system = plane_system(nothing, nothing, np.ones(40), np.ones(40), np.ones((40, 1)))
+    _, more = system.held(np.array([2.0]), np.array([10.0])).solve()
+    np.testing.assert_allclose(more, [(40 - 20) / 50], rtol=1e-6)
+
+
 @pytest.mark.parametrize("metric", ["plane", "point"])
 def test_icp_finds_a_small_motion(metric):
     mesh = bumpy()

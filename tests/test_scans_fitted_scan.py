@@ -1,16 +1,19 @@
 """What one scan shows by itself, and what becomes of one that shows nothing."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from mien.errors import BadInput
+from mien.faces import load_face
 from mien.fitting.register_scan import RegisterConfig, Registration
 from mien.landmarks.lift import Landmarks3D
 from mien.mesh import Mesh, Scan
 from mien.scans import fitted_scan
-from mien.scans.fitted_scan import FittedScan, fit_scan, fit_template
+from mien.scans.fitted_scan import FittedScan, fit_scan, fit_template, shapes_at_markers
 from mien.scans.left_out import LeftOut
-from mien.transforms import Transform
+from mien.transforms import Transform, rotation_from_vector
 from small_scans import sheet
 
 
@@ -40,3 +43,18 @@ def test_a_unit_is_the_scan_s_own_where_it_tells_and_the_neutral_s_elsewhere():
     scan = Scan(sheet(), name="s")
     sizes = [FittedScan(scan, 0, sheet(), one).unit_mm(25.4) for one in (fit("cm", 10.0), fit("unknown", 9.3), None)]
     assert sizes == [10.0, 25.4, 25.4]
+
+
+def test_shapes_move_markers_as_they_move_the_skin_under_them_seen_from_the_head():
+    face = load_face()
+    rig, some = face.rig, np.arange(0, 600, 25)
+    on_average = FittedScan(Scan(sheet(), name="s"), 0, sheet(), replace(fit("mm", 1.0), mesh=rig.neutral))
+    T = Transform(rotation_from_vector(np.array([0.3, -0.2, 0.1])), np.array([5.0, -30.0, 60.0]))
+    markers = T.inverse().apply(rig.neutral.vertices[some])
+    found = shapes_at_markers(on_average, markers, T, face)
+    expected = T.inverse().rotate(face.fitted_deltas(rig.neutral.vertices)[:, some])
+    skin = np.isin(some, face.parts["skin"])
+    assert skin.sum() > 10
+    np.testing.assert_allclose(found[:, skin], expected[:, skin], atol=1e-6)
+    faceless = replace(on_average, fit=None)
+    assert shapes_at_markers(faceless, markers, T, face).shape == (0, len(some), 3)

@@ -44,13 +44,13 @@ def test_scans_that_markers_do_not_fit_are_left_out_and_the_rest_goes_on(tmp_pat
     fitted = tuple(FittedScan(Scan(mesh, name=name), 0, mesh, None) for name, mesh in meshes.items())
     given = TakeInHead(take.markers.labels, fitted, expressions)
     cached = StepCache(tmp_path)
-    left, frames, found = lay_markers(given, ScansConfig(), cached)
+    left, frames, found = lay_markers(given, load_face(), ScansConfig(), cached)
     assert [scan.name for scan in left.scans] == [frame.name for frame in frames] == ["s_010", "s_070", "s_110"]
     assert [out.name for out in left.left_out] == ["wall"]
     assert "do not fit the scan" in left.left_out[0].why or "in two ways" in left.left_out[0].why
     assert len(found.scans) == 3
     with pytest.raises(BadInput, match="wall: the markers"):
-        lay_markers(given, ScansConfig(strict=True), cached)
+        lay_markers(given, load_face(), ScansConfig(strict=True), cached)
 
 
 @pytest.fixture(scope="module")

@@ -28,9 +28,7 @@ class Rounds(Generic[State]):
     done: int
 
 
-def closest_point_rounds(
-    start: State, one_round: Callable[[State], tuple[State, bool]], most: int
-) -> Rounds[State]:
+def closest_point_rounds(start: State, one_round: Callable[[State], tuple[State, bool]], most: int) -> Rounds[State]:
     """At most so many rounds, each from where the last one ended, until one says that it is the last."""
     state = start
     for done in range(1, most + 1):
@@ -50,6 +48,13 @@ class PoseSystem:
 
     def __add__(self, other: "PoseSystem") -> "PoseSystem":
         return PoseSystem(self.A + other.A, self.b + other.b, self.centre)
+
+    def held(self, values: Float[np.ndarray, " more"], weights: Float[np.ndarray, " more"]) -> "PoseSystem":
+        """With what else is free, now at `values`, drawn to 0: sum weights (values + step)^2 is added."""
+        A, b = self.A.copy(), self.b.copy()
+        A[6:, 6:] += np.diag(weights)
+        b[6:] -= weights * values
+        return PoseSystem(A, b, self.centre)
 
     def solve(self) -> tuple[Transform, Float[np.ndarray, " more"]]:
         """The motion, and what else was free; directions that nothing holds do not move."""

@@ -2,12 +2,18 @@
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+from jaxtyping import Float
+
 from ..errors import BadInput
+from ..faces.bundled import BundledFace
 from ..faces.scan_clean import check_scan, cleaned
 from ..fitting.register_scan import RegisterConfig, Registration, register_scan
-from ..mesh import Mesh, Scan
+from ..mesh import Mesh, Scan, closest_point
 from ..mesh.scan_color import recoloured
+from ..transforms import Transform
 from .left_out import LeftOut
+from .scan_template import person_on
 
 
 @dataclass(frozen=True)
@@ -58,3 +64,24 @@ def fit_template(neutral: FittedScan, density: int, config: RegisterConfig) -> R
         raise BadInput(f"{neutral.name}: no face found in the neutral scan; crop it to the head")
     settings = replace(config, density=density)
     return register_scan(neutral.scan, landmarks=neutral.fit.landmarks, config=settings)
+
+
+def shapes_at_markers(
+    neutral: FittedScan,
+    markers: Float[np.ndarray, "markers 3"],
+    T_face_head: Transform | None,
+    face: BundledFace,
+) -> Float[np.ndarray, "shapes markers 3"]:
+    """How the bundled face's expressions, on the neutral scan, move the markers of its frame; head frame, mm.
+
+    None where the scan shows no face.
+
+    Args:
+        markers: head frame, mm.
+        T_face_head: rigid.
+    """
+    if neutral.fit is None or T_face_head is None:
+        return np.zeros((0, *markers.shape))
+    person = person_on(neutral.fit.mesh, face)
+    D = closest_point(person.neutral, T_face_head.apply(markers)).attachment().matrix(person.neutral)
+    return T_face_head.inverse().rotate(np.stack([D @ delta for delta in person.deltas]))

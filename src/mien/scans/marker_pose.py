@@ -162,6 +162,11 @@ class ScannedFrame:
     """Rigid: where its own landmarks put its face; None where no face was found."""
 
 
+def head_on_face(frame: ScannedFrame, pose: MarkerPose) -> Transform | None:
+    """T_face_head of a scan whose own face is known."""
+    return None if frame.T_face_scan is None else frame.T_face_scan @ pose.T_scan_head
+
+
 def find_poses(
     frames: Sequence[ScannedFrame], config: MarkerPoseConfig = MarkerPoseConfig()
 ) -> list[MarkerPose | LeftOut]:
@@ -179,7 +184,7 @@ def find_poses(
         best = [ways[int(np.argmin(misfits))]] if len(misfits) else []
         ways = [rigid_fit(neutral.markers, surfaces[0], way.T_scan_head, level, config, rise=True) for way in best]
     found = [_judged(neutral.name, ways, config)]
-    T_face_head = neutral.T_face_scan @ ways[0].T_scan_head if ways and neutral.T_face_scan is not None else None
+    T_face_head = head_on_face(neutral, ways[0]) if ways else None
     for frame, surface in zip(frames[1:], surfaces[1:], strict=True):
         tried = _from_face(frame, surface, T_face_head, config)
         if not tried or tried[0].misfit > config.most:

@@ -1,27 +1,27 @@
 """Markers on a scan of the same expression: marker mesh registration (Huang et al. 2011, sec. 5, eq. 4-6).
 
 What is ours, where the paper is silent: each marker stands off the skin by a distance of its own, the same on all
-scans; the mix of expressions is held near the one that was asked for, as far as actors usually miss it, since a closest
-point says nothing of where along the skin a marker is.
+scans; what an actor played otherwise is a little of the other expressions and a little of the bundled shapes, each held
+near none, since a closest point says nothing of where along the skin a marker is; and it is told together with the
+pose, which would else turn the head to meet a jaw that is more open.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Bool, Float
 
 from ..mesh import Attachment
 from ..register import Rejection, Surface
+from ..register.rigid_icp import closest_point_rounds, plane_system
 from ..transforms import Transform
 from .marker_pose import MarkerPose, MarkerPoseConfig, ScannedFrame, marker_pairs, rigid_fit, signed_heights
 
 COVERED_MM = 3.0
 """A marker farther than this from its stand-off has no skin under it: hair, or the wrong layer."""
 SETTLED_MM = 1e-3
-"""A step of the mix that moves no marker by more than this ends the rounds."""
-RIDGE = 1e-9
-"""Of the mix's weights, so that equal expressions do not make the system singular."""
+"""A step that moves no marker by more than this ends the rounds."""
 
 
 @dataclass(frozen=True)
@@ -31,8 +31,10 @@ class MarkerRegistrationConfig:
     pose: MarkerPoseConfig = field(default_factory=MarkerPoseConfig)
     rounds: int = 15
     """Closest-point rounds of the nonrigid step."""
-    performance_sigma: float = 1.0
-    """How far the performed expression is expected to be from the one asked for, rms at a marker."""
+    mix_deviation: float = 0.1
+    """How much of each other expression an actor is expected to play besides, as a weight; 0: none."""
+    shape_deviation: float = 0.05
+    """... and of each of the bundled face's shapes; 0: none, as in the paper."""
     standoff_rounds: int = 2
     """Rounds in which each marker finds its own stand-off from all scans."""
 
@@ -69,16 +71,25 @@ class MarkersOnScans:
 def fit_markers_to_scans(
     frames: Sequence[ScannedFrame],
     poses: Sequence[MarkerPose],
+    shapes: Float[np.ndarray, "shapes markers 3"],
     config: MarkerRegistrationConfig = MarkerRegistrationConfig(),
 ) -> MarkersOnScans:
-    """Every selected frame's markers on the scan of the same expression, from the poses that `find_poses` gave."""
+    """Every selected frame's markers on the scan of the same expression, from the poses that `find_poses` gave.
+
+    Stand-offs are found without the shapes, which would take a part of them for a jaw or cheeks that are elsewhere.
+
+    Args:
+        shapes: how the bundled face's shapes move each marker, head frame, mm; none where they are not known.
+    """
     surfaces = [Surface(frame.mesh) for frame in frames]
     expressions = np.stack([frame.markers for frame in frames])
     standoff = np.full(expressions.shape[1], float(np.median([pose.rise for pose in poses])))
-    found = _both_steps(expressions, surfaces, [pose.T_scan_head for pose in poses], standoff, config)
+    T_scan_head, none = [pose.T_scan_head for pose in poses], shapes[:0]
     for _ in range(config.standoff_rounds):
+        found = _both_steps(expressions, surfaces, T_scan_head, standoff, none, config)
+        T_scan_head = [f.T_head_scan.inverse() for f in found]
         standoff = _own_standoff(found, standoff)
-        found = _both_steps(expressions, surfaces, [f.T_head_scan.inverse() for f in found], standoff, config)
+    found = _both_steps(expressions, surfaces, T_scan_head, standoff, shapes, config)
     return MarkersOnScans(tuple(found), standoff)
 
 
@@ -87,12 +98,13 @@ def _both_steps(
     surfaces: list[Surface],
     T_scan_head: list[Transform],
     standoff: Float[np.ndarray, " markers"],
+    shapes: Float[np.ndarray, "shapes markers 3"],
     config: MarkerRegistrationConfig,
 ) -> list[MarkersOnScan]:
     found = []
     for i, (surface, start) in enumerate(zip(surfaces, T_scan_head, strict=True)):
         pose = rigid_fit(expressions[i], surface, start, standoff, config.pose)
-        found.append(nonrigid_fit(expressions, i, surface, pose.T_scan_head, standoff, config))
+        found.append(nonrigid_fit(expressions, i, surface, pose.T_scan_head, standoff, shapes, config))
     return found
 
 
@@ -109,25 +121,35 @@ def nonrigid_fit(
     surface: Surface,
     T_scan_head: Transform,
     standoff: Float[np.ndarray, " markers"],
+    shapes: Float[np.ndarray, "shapes markers 3"],
     config: MarkerRegistrationConfig = MarkerRegistrationConfig(),
 ) -> MarkersOnScan:
-    """Eq. 6: the mix of the selected expressions whose markers meet the scan, by closest points.
+    """Eq. 6: pose, mix of the selected expressions and weights of shapes whose markers meet the scan.
 
-    Minimises |distances across the surface|^2 / noise^2 + |mix - own|^2 / performance_sigma^2, the latter at the
-    markers; the mix adds up to 1, since the rigid step has settled the size.
+    Minimises |distances across the surface|^2 / noise^2 + |weights / deviation|^2 by closest points. The mix adds up
+    to 1, since scan and markers have one size.
+
+    Args:
+        shapes: as in `fit_markers_to_scans`.
     """
     reference = expressions[own]
-    modes = np.delete(expressions, own, axis=0) - reference
+    others = np.delete(expressions, own, axis=0) - reference
+    deviation = np.repeat([config.mix_deviation, config.shape_deviation], [len(others), len(shapes)])
+    used = deviation > 0
+    modes = np.concatenate([others, shapes])
     rigid = marker_pairs(T_scan_head.apply(reference), surface, standoff, config.pose)
-    mix = _solved_mix(reference, modes, surface, T_scan_head, standoff, config)
-    moved = reference + np.tensordot(mix, modes, axes=1)
-    found = surface.correspond(T_scan_head.apply(moved), rejection=Rejection())
-    above = signed_heights(T_scan_head.apply(moved), found) - standoff
+    start = _Played(T_scan_head, reference, np.zeros(used.sum()), modes[used])
+    played = _solved(start, deviation[used], surface, standoff, config)
+    weights = np.zeros(len(modes))
+    weights[used] = played.weights
+    mix = weights[: len(others)]
+    found = surface.correspond(played.in_scan, rejection=Rejection())
+    above = signed_heights(played.in_scan, found) - standoff
     believed = rigid.heights[rigid.weights > 0]
     return MarkersOnScan(
-        T_head_scan=T_scan_head.inverse(),
+        T_head_scan=played.T_scan_head.inverse(),
         attachment=found.attachment(),
-        markers=moved,
+        markers=played.markers,
         expression_weights=np.insert(mix, own, 1 - mix.sum()),
         height_residual=above,
         rigid_rms=float(np.sqrt((believed**2).mean())) if len(believed) else float("nan"),
@@ -135,28 +157,44 @@ def nonrigid_fit(
     )
 
 
-def _solved_mix(
-    reference: Float[np.ndarray, "markers 3"],
-    modes: Float[np.ndarray, "modes markers 3"],
+@dataclass(frozen=True)
+class _Played:
+    """Markers in a pose, and what is played besides the expression that was asked for."""
+
+    T_scan_head: Transform
+    reference: Float[np.ndarray, "markers 3"]
+    weights: Float[np.ndarray, " modes"]
+    modes: Float[np.ndarray, "modes markers 3"]
+
+    @property
+    def markers(self) -> Float[np.ndarray, "markers 3"]:
+        """Head frame, mm."""
+        return self.reference + np.tensordot(self.weights, self.modes, axes=1)
+
+    @property
+    def in_scan(self) -> Float[np.ndarray, "markers 3"]:
+        """The scan's frame, mm."""
+        return self.T_scan_head.apply(self.markers)
+
+
+def _solved(
+    start: _Played,
+    deviation: Float[np.ndarray, " modes"],
     surface: Surface,
-    T_scan_head: Transform,
     standoff: Float[np.ndarray, " markers"],
     config: MarkerRegistrationConfig,
-) -> Float[np.ndarray, " modes"]:
-    """Weights of the other expressions, by Gauss-Newton over closest points."""
-    count, markers, _ = modes.shape
-    turned = T_scan_head.rotate(modes.reshape(-1, 3)).reshape(modes.shape)
-    flat = modes.reshape(count, 3 * markers)
-    prior = (flat @ flat.T) / config.performance_sigma**2 + RIDGE * np.eye(count)
-    mix = np.zeros(count)
-    for _ in range(config.rounds):
-        x = T_scan_head.apply(reference + np.tensordot(mix, modes, axes=1))
+) -> _Played:
+    """Pose and weights, by Gauss-Newton over closest points."""
+    prior = (config.pose.noise / deviation) ** 2
+
+    def one_round(now: _Played) -> tuple[_Played, bool]:
+        x = now.in_scan
         pairs = marker_pairs(x, surface, standoff, config.pose)
-        J = np.einsum("kmd,md->mk", turned, pairs.normals)
-        w = pairs.weights / config.pose.noise**2
-        gram = J.T @ (w[:, None] * J) + prior
-        step = np.linalg.solve(gram, -(J.T @ (w * pairs.heights)) - prior @ mix)
-        mix = mix + step
-        if np.abs(np.tensordot(step, modes, axes=1)).max(initial=0.0) < SETTLED_MM:
-            break
-    return mix
+        turned = now.T_scan_head.rotate(now.modes.reshape(-1, 3)).reshape(now.modes.shape)
+        columns = np.einsum("kmd,md->mk", turned, pairs.normals)
+        system = plane_system(x, pairs.normals, -pairs.heights, pairs.weights, columns)
+        step, more = system.held(now.weights, prior).solve()
+        then = replace(now, T_scan_head=step @ now.T_scan_head, weights=now.weights + more)
+        return then, bool(np.abs(then.in_scan - x).max() < SETTLED_MM)
+
+    return closest_point_rounds(start, one_round, config.rounds).state

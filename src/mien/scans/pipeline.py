@@ -19,13 +19,14 @@ from ..register import Surface
 from ..step_cache import StepCache
 from ..takes.preprocess import PreprocessTakeConfig, preprocess_take
 from .correspond import large_scale
+from .correspond.carried_skin import CarriedConfig, lean_on_markers
 from .correspond.fine_scale import FineConfig, FineResult, register_fine
 from .correspond.large_scale import LargeScaleConfig, LargeScaleTarget
 from .correspond.still_skin import StillSkinConfig, moved_shapes, settle_heads
-from .fitted_scan import fit_scan, fit_template
+from .fitted_scan import fit_scan, fit_template, shapes_at_markers
 from .left_out import LeftOut, enough, kept
 from .marker_consensus import consensus_attachment, consensus_standoff
-from .marker_pose import ScannedFrame, find_poses
+from .marker_pose import ScannedFrame, find_poses, head_on_face
 from .marker_registration import MarkerRegistrationConfig, MarkersOnScans, fit_markers_to_scans
 from .placed_scans import PlacedScan, PlacedScans, both_landmarks, place_scans, scanned_frames
 from .reconstruct import ReconstructConfig, meet_markers
@@ -62,6 +63,7 @@ class ScansConfig:
     large: LargeScaleConfig = field(default_factory=LargeScaleConfig)
     still_skin: StillSkinConfig = field(default_factory=StillSkinConfig)
     fine: FineConfig = field(default_factory=FineConfig)  # its `sweeps` 0 leaves the step out
+    carried: CarriedConfig = field(default_factory=CarriedConfig)
     reconstruct: ReconstructConfig = ReconstructConfig()
 
 
@@ -132,14 +134,14 @@ def register_scans(
     """
     cached = StepCache(work, progress)
     take = see_from_head(markers, scans, frames, config, cached)
-    seen, scanned, on_scans = lay_markers(take, config, cached)  # eq. 4-6
+    seen, scanned, on_scans = lay_markers(take, face, config, cached)  # eq. 4-6
     on_neutral = cached(fit_template, neutral=seen.scans[0], density=config.density, config=config.fit)
     placed = place_scans(seen, scanned, on_scans, on_neutral)
     topology = choose_template(template, on_neutral, placed, face, config, cached)
     placed_coarse = correspond_coarsely(topology, placed, config.large, cached)  # eq. 7
     coarse = hold_heads_still(placed_coarse, config.still_skin, cached)
     fine = correspond_finely(coarse, config.fine, constraints, cached)  # eq. 8-11
-    return build_rig(fine, on_neutral, config.reconstruct)  # sec. 7
+    return build_rig(fine, on_neutral, config)  # sec. 7
 
 
 def see_from_head(
@@ -160,7 +162,7 @@ def see_from_head(
 
 
 def lay_markers(
-    take: TakeInHead, config: ScansConfig, cached: StepCache
+    take: TakeInHead, face: BundledFace, config: ScansConfig, cached: StepCache
 ) -> tuple[TakeInHead, list[ScannedFrame], MarkersOnScans]:
     """Sec. 5: markers on the scans that they fit."""
     scanned = scanned_frames(take)
@@ -168,9 +170,10 @@ def lay_markers(
     poses, out = kept(found, config.strict)
     rows = [i for i, pose in enumerate(found) if not isinstance(pose, LeftOut)]
     enough(len(rows), FEWEST_SCANS, take.left_out + out)
-    fitting = [scanned[i] for i in rows]
-    on_scans = cached(fit_markers_to_scans, frames=fitting, poses=poses, config=config.registration)
-    return take.only(rows, out), fitting, on_scans
+    fitting, seen = [scanned[i] for i in rows], take.only(rows, out)
+    shapes = shapes_at_markers(seen.scans[0], fitting[0].markers, head_on_face(fitting[0], poses[0]), face)
+    on_scans = cached(fit_markers_to_scans, frames=fitting, poses=poses, shapes=shapes, config=config.registration)
+    return seen, fitting, on_scans
 
 
 def choose_template(
@@ -208,9 +211,8 @@ def correspond_coarsely(
     """Sec. 6.1, eq. 7. The neutral scan has the template on it already."""
     neutral, points = placed.scans[0], placed.skin_points
     attachment = template.attachment_of(template.skin.vertices, points[0])
-    on_neutral, *_ = on_scans = placed.on_scans.scans
-    covered = np.stack([on.covered & on_neutral.covered for on in on_scans])
-    inputs = []
+    seen = np.stack([on.covered for on in placed.on_scans.scans])
+    covered, inputs = seen & seen[0], []
     for i, scan in enumerate(placed.scans[1:], 1):
         target = LargeScaleTarget(
             mesh=scan.mesh,
@@ -256,23 +258,17 @@ def correspond_finely(
         by_hand = place_constraints(constraints, [s.name for s in scans], [s.T_face_scan for s in scans])
         again = touched(by_hand, fine.neighbours)
         fine = cached(register_fine, **inputs, constraints=by_hand, only=again, start=fine.vertices)
-    return Corresponded(
-        placed=coarse.placed,
-        template=template,
-        attachment=coarse.attachment,
-        covered=coarse.covered,
-        coarse=coarse.skin,
-        fine=fine,
-    )
+    return Corresponded(coarse.placed, template, coarse.attachment, coarse.covered, coarse.skin, fine)
 
 
-def build_rig(found: Corresponded, on_neutral: Registration, config: ReconstructConfig) -> RegisteredScans:
+def build_rig(found: Corresponded, on_neutral: Registration, config: ScansConfig) -> RegisteredScans:
     """Sec. 7: scans that meet the markers of their frames exactly, as a rig."""
     template, placed, covered = found.template, found.placed, found.covered
     shapes, goals = found.fine.vertices, placed.markers
     attachment = consensus_attachment(template, shapes, placed.skin_points, covered)
     standoff = consensus_standoff(template, shapes, attachment, goals, covered, placed.on_scans.standoff)
-    skin = meet_markers(template.skin, shapes, attachment, goals, standoff, covered, config)
+    met = meet_markers(template.skin, shapes, attachment, goals, standoff, covered, config.reconstruct)
+    skin = lean_on_markers(template, met, attachment, config.carried)
     meshes = [scan.mesh for scan in placed.scans]
     names = [scan.name for scan in placed.scans]
     colours = rig_colours(template, shapes, meshes)

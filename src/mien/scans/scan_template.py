@@ -109,11 +109,11 @@ def make_template(mesh: Mesh, face: BundledFace, off_face: float = 0.15) -> Scan
         fine_weight=_fine_weight(mesh.vertices, trust, face)[members],
         mobility=np.sqrt(np.mean(moved, axis=0)),
         sides=_carried_sides(from_bundled, body.sides),
-        person=_person(mesh, face),
+        person=person_on(mesh, face),
     )
 
 
-def _person(mesh: Mesh, face: BundledFace) -> Rig:
+def person_on(mesh: Mesh, face: BundledFace) -> Rig:
     """The bundled face's skin, and how it moves, where its coarse vertices, the first, are on a mesh."""
     neutral = face.rig.neutral.with_vertices(mesh.vertices[: len(face.rig.neutral.vertices)])
     deltas = face.fitted_deltas(neutral.vertices)

@@ -12,8 +12,9 @@ from scipy.spatial import KDTree
 
 from ...mesh import Attachment, closest_point
 from ...register import Anchors
-from ...takes.motion_covariance import CovarianceConfig, motion_covariance
+from ...takes.motion_covariance import CovarianceConfig
 from ..scan_template import ScanTemplate
+from .carried_skin import carried_by_markers
 
 
 @dataclass(frozen=True)
@@ -53,10 +54,7 @@ def unmarked_anchors(
     far = _unmarked(template, person.neutral.vertices, before, config)
     if not far.any():
         return None
-    on_person = closest_point(person.neutral, before).attachment()
-    everywhere = np.arange(len(person.neutral.vertices))
-    covariance = motion_covariance(person, on_person, everywhere, config.motion)
-    carry = covariance.carry(np.arange(len(before)))
+    carry = carried_by_markers(person, before, config.motion)
     moved = skin_points[covered] - before
     expected = person.neutral.vertices + carry @ moved.ravel()
     on_template = closest_point(template.skin, person.neutral.vertices[far]).attachment()
