@@ -6,7 +6,7 @@ import numpy as np
 
 from mien.faces import load_face
 from mien.mesh import vertex_normals
-from mien.scans.correspond.carried_skin import CarriedConfig, along_skin, lean_on_markers
+from mien.scans.correspond.carried_skin import LeanConfig, along_skin, lean_on_markers
 from small_scans import bundled_template
 from test_scans_correspond_unmarked_skin import markers_on_the_face
 
@@ -26,7 +26,7 @@ def slipped() -> tuple[np.ndarray, np.ndarray]:
 def test_skin_that_slipped_between_the_markers_comes_part_of_the_way_back():
     template, (true, given) = bundled_template(), slipped()
     face = (template.regions["face"] > 0.5) & template.shown
-    leant = lean_on_markers(template, given, markers_on_the_face(), CarriedConfig(share=0.4))
+    leant = lean_on_markers(template, given, markers_on_the_face(), LeanConfig(share=0.4))
     np.testing.assert_array_equal(leant[0], given[0])
     before, after = (np.linalg.norm(x[1] - true[1], axis=1)[face].mean() for x in (given, leant))
     assert 0.55 * before < after < 0.75 * before
@@ -39,7 +39,7 @@ def test_it_stays_where_nothing_is_known_or_asked():
     places = markers_on_the_face()
     stranger = replace(template, person=None)
     np.testing.assert_array_equal(lean_on_markers(stranger, given, places), given)
-    np.testing.assert_array_equal(lean_on_markers(template, given, places, CarriedConfig(share=0.0)), given)
+    np.testing.assert_array_equal(lean_on_markers(template, given, places, LeanConfig(share=0.0)), given)
 
 
 def test_along_a_surface_by_hand():

@@ -19,7 +19,7 @@ from ..register import Surface
 from ..step_cache import StepCache
 from ..takes.preprocess import PreprocessTakeConfig, preprocess_take
 from .correspond import large_scale
-from .correspond.carried_skin import CarriedConfig, lean_on_markers
+from .correspond.carried_skin import LeanConfig, lean_on_markers
 from .correspond.fine_scale import FineConfig, FineResult, register_fine
 from .correspond.large_scale import LargeScaleConfig, LargeScaleTarget
 from .correspond.still_skin import StillSkinConfig, moved_shapes, settle_heads
@@ -63,7 +63,7 @@ class ScansConfig:
     large: LargeScaleConfig = field(default_factory=LargeScaleConfig)
     still_skin: StillSkinConfig = field(default_factory=StillSkinConfig)
     fine: FineConfig = field(default_factory=FineConfig)  # its `sweeps` 0 leaves the step out
-    carried: CarriedConfig = field(default_factory=CarriedConfig)
+    lean: LeanConfig = field(default_factory=LeanConfig)
     reconstruct: ReconstructConfig = ReconstructConfig()
 
 
@@ -268,7 +268,7 @@ def build_rig(found: Corresponded, on_neutral: Registration, config: ScansConfig
     attachment = consensus_attachment(template, shapes, placed.skin_points, covered)
     standoff = consensus_standoff(template, shapes, attachment, goals, covered, placed.on_scans.standoff)
     met = meet_markers(template.skin, shapes, attachment, goals, standoff, covered, config.reconstruct)
-    skin = lean_on_markers(template, met, attachment, config.carried)
+    skin = lean_on_markers(template, met, attachment, config.lean)
     meshes = [scan.mesh for scan in placed.scans]
     names = [scan.name for scan in placed.scans]
     colours = rig_colours(template, shapes, meshes)

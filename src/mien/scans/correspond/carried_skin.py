@@ -16,7 +16,7 @@ from ..scan_template import ScanTemplate
 
 
 @dataclass(frozen=True)
-class CarriedConfig:
+class LeanConfig:
     """How far scans lean towards what the markers' motion says of the skin between them."""
 
     share: float = 0.4
@@ -29,7 +29,7 @@ def lean_on_markers(
     template: ScanTemplate,
     shapes: Float[np.ndarray, "scans n 3"],
     attachment: Attachment,
-    config: CarriedConfig = CarriedConfig(),
+    config: LeanConfig = LeanConfig(),
 ) -> Float[np.ndarray, "scans n 3"]:
     """Scans that meet their markers, each moved along its skin part of the way to where the markers carry it.
 
