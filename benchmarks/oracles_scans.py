@@ -120,7 +120,7 @@ class Oracle:
         return out
 
     def rig(self, shapes: np.ndarray) -> ScanRig:
-        """The rig of scans whose skin is at `shapes`."""
+        """The rig of scans whose skin is at `shapes`; it meets the markers and leans on none."""
         found, template, scans = self.found, self.found.template, self.found.scans
         points = [on.attachment.points(scan.mesh) for on, scan in zip(found.on_scans.scans, scans, strict=True)]
         covered, goals = found.covered, found.scan_rig.expressions
@@ -165,7 +165,7 @@ def scans(takes: Path) -> None:
     oracle = Oracle(markers, dict(np.load(folder / "truth.npz")), true_scans, found)
     there = oracle.in_true_heads()
     oracle.say("as registered", found.scan_rig)
-    oracle.say("in the true heads", there.rig(there.found.fine.vertices))
+    oracle.say("in the true heads, without the lean", there.rig(there.found.fine.vertices))
     oracle.say("true places of the scans' vertices", oracle.rig(oracle.placed(oracle.before_scanner)))
     oracle.say("both", there.rig(there.placed(there.before_scanner)))
     oracle.say("both, of scans that show their frames exactly", there.rig(there.placed(there.in_frames)))
