@@ -75,6 +75,14 @@ def test_what_a_take_hardly_uses_grows_dearer_by_hand():
     np.testing.assert_array_equal(dearer_where_idle(prior, weights, in_use=0.0).dearness, np.ones(5))
 
 
+def test_what_a_long_take_shows_once_stays_as_it_is():
+    """A wink at full weight for a second and a half of a quarter of an hour."""
+    weights = np.zeros((27_000, 5))
+    weights[9_000:9_045] = 1.0
+    prior = dearer_where_idle(weight_prior(NAMES), weights, in_use=0.5)
+    np.testing.assert_array_equal(prior.dearness, np.ones(5))
+
+
 def test_the_dearer_coefficient_pays_so_many_times_the_price():
     A, b = np.zeros((11, 11)), np.zeros(11)
     prior = replace(weight_prior(NAMES), dearness=np.array([1.0, 2, 1, 1, 6]))

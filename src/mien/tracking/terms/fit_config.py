@@ -30,8 +30,8 @@ class BlendshapeFitConfig:
     reweight_eps: float = 0.15
     """Coefficient at which both of these weigh half: what is surely there is not held back. Large = plain."""
     in_use: float = 0.1
-    """Root mean square over a recorded take below which a shape grows dearer, in a second pass
-    (`terms.weight_prior.dearer_where_idle`); 0 = no such pass."""
+    """Root mean square, over the frames of a recorded take in which a shape is used most, below which it grows dearer
+    in a second pass (`terms.weight_prior.dearer_where_idle`); 0 = no such pass."""
     temporal_weight: float = 20.0
     """Weight of the squared change since the last frame."""
     scores: float = 4.0

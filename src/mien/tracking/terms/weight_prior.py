@@ -37,6 +37,8 @@ OPPOSITE = (
 """Shapes that undo each other."""
 DEAREST = 6.0
 """Most that a shape's price is multiplied by: what is never used at a normal price need not be shut out."""
+AT_ITS_MOST = 150
+"""Frames in which a shape is used most: what is shown once in a long take, a wink, is used all the same."""
 ONE_SIDED = ("jawLeft", "mouthLeft")
 """Shapes whose name ends in a side and that have no twin on the other."""
 
@@ -75,9 +77,11 @@ def dearer_where_idle(prior: WeightPrior, weights: Float[np.ndarray, "frames k"]
     in faintly here and there fits errors of the depth, of the head's pose and of other shapes.
 
     Args:
-        in_use: root mean square over the take from which on the price stays as it is; 0 = it stays for all.
+        in_use: root mean square, over the frames in which a shape is used most, from which on the price stays as it
+            is; 0 = it stays for all.
     """
-    used = np.sqrt((weights**2).mean(axis=0))
+    strongest = np.sort(weights**2, axis=0)[-AT_ITS_MOST:]
+    used = np.sqrt(strongest.mean(axis=0))
     least = max(in_use / DEAREST, 1e-9)
     return replace(prior, dearness=np.maximum(in_use / np.maximum(used, least), 1.0))
 
