@@ -6,8 +6,10 @@ import numpy as np
 
 from mien.faces import load_face
 from mien.landmarks.detector import bundled_landmarks
+from mien.mesh import Mesh, submesh
 from mien.scans.correspond.large_scale import LargeScaleConfig, LargeScaleTarget, ScanLandmarks, register
 from small_scans import bundled_template, front_of
+from test_fitting_skin_pieces import joined
 
 
 def smiling() -> np.ndarray:
@@ -50,3 +52,29 @@ def test_lip_and_lid_landmarks_pull_and_can_be_switched_off():
     none = register(template, attachment, replace(scan, landmarks=None))
     np.testing.assert_array_equal(without, none)
     assert np.abs(pulled - without)[lip[: len(group)]].max() > 1.0
+
+
+def test_lids_keep_off_eyeballs_that_the_scan_shows():
+    template = bundled_template()
+    attachment, scan = target(wide_eyed())
+    eyes = [eye_in_front(name) for name in ("left_eye", "right_eye")]
+    beside = replace(scan, mesh=joined(scan.mesh, *eyes))
+    found = register(template, attachment, beside)
+    np.testing.assert_allclose(found, register(template, attachment, scan), atol=1e-6)
+
+
+def wide_eyed() -> np.ndarray:
+    rig = load_face().rig
+    deltas = sum(rig.deltas[rig.index(f"eyeWide{side}")] for side in ("Left", "Right"))
+    return bundled_template().skin.vertices + deltas[bundled_template().members]
+
+
+def eye_in_front(name: str) -> Mesh:
+    """What a scan shows of an eyeball between raised lids, hardly behind them."""
+    head, members = bundled_template().mesh, bundled_template().parts[name]
+    middle = head.vertices[members].mean(axis=0)
+    off = head.vertices - middle
+    near = (np.abs(off[:, 0]) < 12) & (np.abs(off[:, 1]) < 8) & (off[:, 2] > 0)
+    shown = np.isin(np.arange(len(off)), members) & near
+    eye = submesh(head, np.flatnonzero(shown[head.faces].all(axis=1)))[0]
+    return eye.with_vertices(eye.vertices + np.array([0.0, 0.0, 1.0]))

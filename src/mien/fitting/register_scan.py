@@ -19,6 +19,7 @@ from ..transforms import Transform
 from .model_fit import ModelFitConfig, fit_person_to_scan, landmark_anchors
 from .scan_landmarks import LIPS_AND_LIDS, believed, of_groups, on_brow_edges
 from .shrink_wrap import WrapStage, shrink_wrap
+from .skin_pieces import skin_pieces
 from .template_parts import TemplateParts, extrapolate_hidden
 
 JUDGED = Rejection(max_distance=5.0)
@@ -131,8 +132,8 @@ def register_scan(
     fitted = fit_person_to_scan(face, body, Surface(target), anchors, landmarks.scores, config.model)
     progress.update("registering", 2, 4)
     T_face_scan = fitted.T_model_target @ landmarks.T_face_scan
-    surface = Surface(_placed(target, fitted.T_model_target))
     start = face.rig.neutral.with_vertices(fitted.vertices)
+    surface = Surface(skin_pieces(_placed(target, fitted.T_model_target), start, body.in_the_open))
     moved = fitted.T_model_target.apply(anchors.points)
     placed_anchors = replace(anchors, points=moved)
     anchors = believed(placed_anchors, start, config.landmark_slack)

@@ -59,6 +59,11 @@ class TemplateParts:
         return np.maximum(self.face.regions["face"], off_face * self.trust) * (self.trust > 0)
 
     @cached_property
+    def in_the_open(self) -> Int[np.ndarray, " m"]:
+        """Triangles of the whole face that are skin which a scan can show."""
+        return np.flatnonzero((self.trust[self.face.rig.neutral.faces] > 0).all(axis=1))
+
+    @cached_property
     def sides(self) -> Int[np.ndarray, " n"]:
         """+1 and -1 along upper and lower lip, +2 and -2 along the left eye's lids, +3 and -3 the right one's.
 

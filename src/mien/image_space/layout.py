@@ -9,8 +9,9 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spl
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from scipy import ndimage
+from scipy.spatial import KDTree
 
 from ..errors import BadInput
 from ..mesh import Attachment, Mesh, SurfaceImage, cotangent_laplacian, submesh, unroll_face
@@ -19,6 +20,12 @@ SHOWN = 0.05
 """Triangles count as face where the masks of the regions add up to this."""
 HALVINGS = 6
 """How often a step is halved round triangles that it would turn over, before their corners stay where they are."""
+SAMPLES = 4
+"""A side of a pixel, where layers are looked for that lie over each other."""
+SAME_MM = 0.01
+"""Two layers are farther apart than this."""
+HELD_PIXELS = 2.0
+"""How near them vertices stay where they are: hardly a step is longer."""
 
 
 class Layout:
@@ -49,6 +56,26 @@ class Layout:
         return self.masks.shape[0], self.masks.shape[1]
 
     @cached_property
+    def held(self) -> Bool[np.ndarray, " n"]:
+        """Vertices that stay where they are: where layers lie over each other, and `HELD_PIXELS` round that.
+
+        Unrolling forbids folds, not layers: at the corners of eyes and mouth one lid or lip may come to lie over the
+        other, and a vertex that moved there would land on the wrong one.
+        """
+        double = self._double()
+        if not len(double):
+            return np.zeros(len(self.home), bool)
+        return KDTree(double).query(self.home)[0] < HELD_PIXELS
+
+    def _double(self) -> Float[np.ndarray, "k 2"]:
+        """Places in the image that show two layers: which of them is drawn depends on the triangles' order."""
+        finer, shape = SAMPLES * self.home, (SAMPLES * self.shape[0], SAMPLES * self.shape[1])
+        orders = self.mesh.faces, self.mesh.faces[::-1]
+        first, last = (SurfaceImage(finer, faces, shape).draw(self.mesh.vertices) for faces in orders)
+        rows, columns = np.nonzero(np.linalg.norm(first - last, axis=2) > SAME_MM)
+        return np.column_stack([columns, rows]) / SAMPLES
+
+    @cached_property
     def _smoother(self) -> spl.SuperLU:
         L = cotangent_laplacian(self.mesh.vertices, self.mesh.faces)
         A = sp.identity(len(self.vertices)) + self.alpha * (L.T @ L)
@@ -61,9 +88,12 @@ class Layout:
     def moved(self, uv: Float[np.ndarray, "n 2"], steps: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "n 2"]:
         """`uv` after smoothed steps, halved where triangles would turn over, in the end to nothing; on the surface.
 
+        What is `held` stays.
+
         No triangle turns over that was the right way round before.
         """
         stepped, home = self.smoothed(steps), signed_areas(self.home, self.mesh.faces)
+        stepped[self.held] = 0.0
         already = signed_areas(uv, self.mesh.faces) * home <= 0
         new = self._inside(uv + stepped)
         for halving in range(len(self.home)):
@@ -72,7 +102,7 @@ class Layout:
                 break
             stepped[np.unique(self.mesh.faces[turned])] *= 0.5 if halving < HALVINGS else 0.0
             new = self._inside(uv + stepped)
-        return new
+        return np.where(self.held[:, None], self.home, new)
 
     def _inside(self, uv: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "n 2"]:
         """The closest places on the surface."""

@@ -67,6 +67,11 @@ class ScanTemplate:
         """Skin that scans show."""
         return self.trust > 0
 
+    @cached_property
+    def in_the_open(self) -> Int[np.ndarray, " m"]:
+        """Triangles of `mesh` that are skin which scans show."""
+        return self.skin_faces[self.shown[self.skin.faces].all(axis=1)]
+
     def attachment_of(self, skin: Float[np.ndarray, "n 3"], points: Float[np.ndarray, "p 3"]) -> Attachment:
         """The points of the shown skin, now at `skin`, closest to `points` (mm)."""
         faces = self.skin.faces

@@ -2,7 +2,7 @@
 
 Beside the paper: lips and lids, which have few markers or none, are held by landmarks, on the template where the
 detector saw them on the neutral scan, so that its own bias takes itself off; the two lips, or lids of an eye, never
-match each other; and skin that no marker is near is held where it is expected (`unmarked_skin`).
+match each other, nor the eyeballs; and skin that no marker is near is held where it is expected (`unmarked_skin`).
 """
 
 from dataclasses import dataclass, field
@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from ...fitting.register_scan import LIPS_AND_LIDS
+from ...fitting.skin_pieces import skin_pieces
 from ...landmarks.detector import bundled_landmarks
 from ...mesh import Attachment, Mesh, closest_point
 from ...register import Anchors, NonrigidConfig, Surface
@@ -74,9 +75,8 @@ def register(
     expected = unmarked_anchors(template, attachment, target.skin_points, target.covered, config.unmarked, scale)
     if expected is not None:
         anchors = _joined(anchors, expected)
-    found = template.body.register(
-        Surface(target.mesh), anchors, config.nonrigid, trust=template.trust, sides=template.sides
-    )
+    skin = skin_pieces(target.mesh, template.mesh, template.in_the_open)
+    found = template.body.register(Surface(skin), anchors, config.nonrigid, trust=template.trust, sides=template.sides)
     return found.vertices.astype(np.float32).astype(np.float64)
 
 
