@@ -6,6 +6,7 @@ from mien.faces.bundled import load_face
 from mien.fitting.template_parts import TemplateParts, extrapolate_hidden, move_rigid_parts
 from mien.mesh import Mesh
 from mien.register import Template
+from small_scans import bundled_template
 
 
 def test_hidden_skin_goes_with_what_is_shown():
@@ -18,6 +19,21 @@ def test_hidden_skin_goes_with_what_is_shown():
     after = extrapolate_hidden(Template(Mesh(rest, body.skin_triangles)), moved, shown)
     np.testing.assert_array_equal(after[shown], moved[shown])
     assert np.abs(after - rest - np.array([0.0, 0, 5])).max() < 0.5
+
+
+def test_the_lower_lips_lining_goes_with_the_lower_lip_when_the_jaw_opens():
+    template, rig = bundled_template(), load_face().rig
+    rest, shown = template.skin.vertices, template.shown
+    opened = rest + rig.deltas[rig.index("jawOpen")][template.members]
+    given = np.where(shown[:, None], opened, rest)
+    lining = ~shown & (np.linalg.norm(rest - rest[template.sides == -1].mean(axis=0), axis=1) < 20)
+    errors = []
+    for sides in (None, template.sides):
+        found = extrapolate_hidden(template.body, given, shown, sides)
+        errors.append(np.linalg.norm(found - opened, axis=1)[lining].mean())
+    blind, sided = errors
+    assert np.linalg.norm(opened - rest, axis=1)[lining].mean() > 5
+    assert sided < 0.65 * blind
 
 
 def test_openings_are_hidden_and_the_face_is_shown():

@@ -35,14 +35,14 @@ def shrink_wrap(
     Skin that the surface does not show (`trust` 0) goes with the skin around it; eyes, teeth and tongue move rigidly.
     """
     template = Template(Mesh(start.vertices[parts.skin], parts.skin_triangles))
-    on_skin = trust[parts.skin]
+    on_skin, sides = trust[parts.skin], parts.sides[parts.skin]
     skin = template.mesh.vertices
     for stage in stages:
         anchors = stage.anchors
         if anchors is not None:
             anchors = replace(anchors, attachment=parts.attached(anchors.attachment))
-        skin = template.register(surface, anchors, stage.config, skin, on_skin, parts.sides[parts.skin]).vertices
+        skin = template.register(surface, anchors, stage.config, skin, on_skin, sides).vertices
     vertices = start.vertices.copy()
-    vertices[parts.skin] = extrapolate_hidden(template, skin, on_skin > 0)
+    vertices[parts.skin] = extrapolate_hidden(template, skin, on_skin > 0, sides)
     shown = parts.trust[parts.skin] > 0
     return start.with_vertices(move_rigid_parts(face.parts, parts.skin, shown, start.vertices, vertices))

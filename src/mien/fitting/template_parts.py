@@ -28,6 +28,10 @@ SIDE_MM = 8.0
 """So far from the edge of a lip or lid, along the skin, a vertex belongs to it."""
 CORNER_MM = 2.0
 """A vertex whose ways to both edges differ by no more is at a corner of the opening, and of both sides."""
+REACH_MM = 12.0
+"""Hidden skin goes with the shown skin within so far of it."""
+NEIGHBOURS = 60
+"""... with the nearest so many vertices at most."""
 OPENINGS = (
     ("upper_lip", "lower_lip"), ("left_upper_lid", "left_lower_lid"), ("right_upper_lid", "right_lower_lid"),
 )  # fmt: skip
@@ -94,11 +98,15 @@ def _ears(rest: Float[np.ndarray, "n 3"]) -> Bool[np.ndarray, " n"]:
 
 def _along_skin(mesh: Mesh, seeds: Int[np.ndarray, " k"]) -> Float[np.ndarray, " n"]:
     """How far each vertex is from the nearest of `seeds` along the edges, mm."""
+    return np.minimum(dijkstra(_edge_lengths(mesh), directed=False, indices=seeds, min_only=True), UNREACHED_MM)
+
+
+def _edge_lengths(mesh: Mesh) -> sp.csr_matrix:
+    """(n, n): the length of each edge, mm, in one of its two directions."""
     ends = np.sort(mesh.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     i, j = np.unique(ends, axis=0).T
     length = np.linalg.norm(mesh.vertices[i] - mesh.vertices[j], axis=1) + LEAST_EDGE_MM
-    graph = sp.csr_matrix((length, (i, j)), shape=(len(mesh.vertices),) * 2)
-    return np.minimum(dijkstra(graph, directed=False, indices=seeds, min_only=True), UNREACHED_MM)
+    return sp.csr_matrix((length, (i, j)), shape=(len(mesh.vertices),) * 2)
 
 
 def _openness(face: BundledFace, directions: int = 64) -> Float[np.ndarray, " n"]:
@@ -121,27 +129,52 @@ def _openness(face: BundledFace, directions: int = 64) -> Float[np.ndarray, " n"
 
 
 def extrapolate_hidden(
-    template: Template, vertices: Float[np.ndarray, "n 3"], shown: Bool[np.ndarray, " n"], reach: float = 12.0
+    template: Template,
+    vertices: Float[np.ndarray, "n 3"],
+    shown: Bool[np.ndarray, " n"],
+    sides: Int[np.ndarray, " n"] | None = None,
 ) -> Float[np.ndarray, "n 3"]:
     """Hidden skin (the mouth's inside, nostrils, behind the lids, ears) goes with the shown skin around it.
 
     Shape terms alone would leave the mouth's lining where it was while the cheek moves in over it. So every hidden
-    vertex is drawn to its rest place moved as the shown skin within `reach` mm is, and the shape terms smooth that.
+    vertex is drawn to its rest place moved as the shown skin around it is, and the shape terms smooth that.
+
+    Args:
+        sides: of two lips or lids, as in `TemplateParts.sides`: the lining of one does not go with the other.
     """
-    hidden, rest = np.flatnonzero(~shown), template.mesh.vertices
-    if not len(hidden) or not shown.any():
+    rest = template.mesh.vertices
+    if shown.all() or not shown.any():
         return vertices
-    near, who = KDTree(rest[shown]).query(rest[hidden], k=min(60, int(shown.sum())))
-    weights = np.exp(-((near / reach) ** 2)) + 1e-6 / (1 + near**2)
-    weights /= weights.sum(axis=1, keepdims=True)
-    moved = (vertices - rest)[shown]
     goal = vertices.copy()
-    goal[hidden] = rest[hidden] + np.einsum("hk,hkd->hd", weights, moved[who])
+    of_hidden = np.zeros(len(rest), int) if sides is None else _sides_along_skin(template.mesh, shown, sides)
+    for side in np.unique(of_hidden[~shown]):
+        hidden = ~shown & (of_hidden == side)
+        around = shown if sides is None or side == 0 else shown & (sides != -side)
+        goal[hidden] = rest[hidden] + _motion_around(rest[around], (vertices - rest)[around], rest[hidden])
     hold = np.where(shown, 1e4, 0.3) * template.stencil.mass
     edges = turned_edges(template.stencil, rest, local_rotations(template.stencil, rest, goal))
     terms = [laplacian_term(template.stencil, edges, 1.0, 1.0), membrane_term(template.stencil, edges, 0.02)]
     solved = solve_vertices([*terms, point_term(goal, hold)], None, goal, prolongation=template.prolongation).vertices
     return np.where(shown[:, None], vertices, solved)
+
+
+def _sides_along_skin(mesh: Mesh, shown: Bool[np.ndarray, " n"], sides: Int[np.ndarray, " n"]) -> Int[np.ndarray, " n"]:
+    """The side of the shown vertex that is nearest along the edges; 0 where no way leads to one."""
+    seeds = np.flatnonzero(shown)
+    _, _, nearest = dijkstra(
+        _edge_lengths(mesh), directed=False, indices=seeds, min_only=True, return_predecessors=True
+    )
+    return np.where(nearest >= 0, sides[np.maximum(nearest, 0)], 0)
+
+
+def _motion_around(
+    places: Float[np.ndarray, "k 3"], motion: Float[np.ndarray, "k 3"], points: Float[np.ndarray, "p 3"]
+) -> Float[np.ndarray, "p 3"]:
+    """How what is at `places` moves about each of `points`, on average, mm."""
+    near, who = KDTree(places).query(points, k=[*range(1, min(NEIGHBOURS, len(places)) + 1)])
+    weights = np.exp(-((near / REACH_MM) ** 2)) + 1e-6 / (1 + near**2)
+    weights /= weights.sum(axis=1, keepdims=True)
+    return np.einsum("pk,pkd->pd", weights, motion[who])
 
 
 def move_rigid_parts(

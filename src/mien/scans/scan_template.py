@@ -82,7 +82,7 @@ class ScanTemplate:
     def whole(self, skin: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "all 3"]:
         """All vertices when the skin is at `skin`: what lies hidden goes with what is shown, parts ride rigidly."""
         before, after = self.mesh.vertices, self.mesh.vertices.copy()
-        after[self.members] = extrapolate_hidden(self.body, skin, self.shown)
+        after[self.members] = extrapolate_hidden(self.body, skin, self.shown, self.sides)
         return move_rigid_parts(self.parts, self.members, self.shown, before, after)
 
 
