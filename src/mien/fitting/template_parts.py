@@ -171,7 +171,8 @@ def _motion_around(
     places: Float[np.ndarray, "k 3"], motion: Float[np.ndarray, "k 3"], points: Float[np.ndarray, "p 3"]
 ) -> Float[np.ndarray, "p 3"]:
     """How what is at `places` moves about each of `points`, on average, mm."""
-    near, who = KDTree(places).query(points, k=[*range(1, min(NEIGHBOURS, len(places)) + 1)])
+    found = KDTree(places).query(points, k=min(NEIGHBOURS, len(places)))
+    near, who = (np.reshape(part, (len(points), -1)) for part in found)
     weights = np.exp(-((near / REACH_MM) ** 2)) + 1e-6 / (1 + near**2)
     weights /= weights.sum(axis=1, keepdims=True)
     return np.einsum("pk,pkd->pd", weights, motion[who])
