@@ -8,6 +8,7 @@ from scipy.ndimage import gaussian_filter, map_coordinates
 
 from mien.tracking.relearn.shape_flow import (
     ShapeFlowConfig,
+    blurred_picture,
     blurred_reference,
     difference,
     evidence,
@@ -97,7 +98,7 @@ def test_a_frame_s_evidence_is_the_slope_of_its_difference():
     off = np.zeros((2, *SHAPE))
     off[0], off[1] = 0.1, -0.05
     level = blurred_reference(skin(), 1.0)
-    slopes, seen = warped(picture(off), np.zeros((2, *SHAPE), np.float32), level)
+    slopes, seen = warped(blurred_picture(picture(off), 1.0), np.zeros((2, *SHAPE), np.float32), level)
     says = evidence(slopes, seen, level, epsilon=10.0)
     xx, xy, yy = (each[10:-10, 10:-10].sum() for each in says.G)
     q = says.q[:, 10:-10, 10:-10].sum(axis=(1, 2))

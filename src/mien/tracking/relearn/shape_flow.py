@@ -7,6 +7,7 @@ of the same few d_k, and nothing but they is held smooth.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby
 
 import numpy as np
 from jaxtyping import Bool, Float, Float32
@@ -61,8 +62,6 @@ class ShapeFlow:
 class BlurredSkin:
     """The reference, blurred."""
 
-    blur: float
-    """Pixels."""
     slopes: Float32[np.ndarray, "2 h w"]
     """Its derivatives along x and y: the two channels that are compared. Brightness itself is left to the light."""
     bends: Float32[np.ndarray, "2 2 h w"]
@@ -71,6 +70,15 @@ class BlurredSkin:
     """Added to each channel's squared bend."""
     inside: Bool[np.ndarray, "h w"]
     """Where the reference is known well enough."""
+
+
+@dataclass(frozen=True)
+class BlurredPicture:
+    """A frame's picture, blurred as the reference is."""
+
+    shown: Float32[np.ndarray, "h w"]
+    known: Float32[np.ndarray, "h w"]
+    """1 where the picture itself is known, else 0."""
 
 
 @dataclass(frozen=True)
@@ -96,10 +104,12 @@ def shape_flow(
     modes = weight_modes(weights, config.modes)
     grid = node_grid(np.isfinite(reference), config.node)
     flow = np.zeros((int(grid.there.sum()), modes.shape[1], 2))
-    found, level = ShapeFlow(modes, grid, flow), blurred_reference(reference, config.blurs[0])
-    for blur in config.blurs:
-        level = level if level.blur == blur else blurred_reference(reference, blur)
-        found = one_step(found, pictures, level, config)
+    found = ShapeFlow(modes, grid, flow)
+    for blur, steps in groupby(config.blurs):
+        level = blurred_reference(reference, blur)
+        blurred = [blurred_picture(picture, blur) for picture in pictures]
+        for _ in steps:
+            found = one_step(found, blurred, level, config)
     return found
 
 
@@ -110,7 +120,9 @@ def weight_modes(weights: Float[np.ndarray, "frames k"], most: int) -> Float[np.
     return (U * s)[:, : max(count, 1)]
 
 
-def one_step(now: ShapeFlow, pictures: Sequence[np.ndarray], level: BlurredSkin, config: ShapeFlowConfig) -> ShapeFlow:
+def one_step(
+    now: ShapeFlow, pictures: Sequence[BlurredPicture], level: BlurredSkin, config: ShapeFlowConfig
+) -> ShapeFlow:
     """One Gauss-Newton step from the flow as it is: all frames' normal equations, node by node, then one solve."""
     nodes, m, _ = now.flow.shape
     G, q = np.zeros((len(pictures), nodes, 3)), np.zeros((len(pictures), nodes, 2))
@@ -135,10 +147,11 @@ def difference(
     config: ShapeFlowConfig = ShapeFlowConfig(),
 ) -> Float[np.ndarray, " n"]:
     """How far the pictures differ from the reference about each node, at the finest level; summed over the frames."""
-    total, level = np.zeros(len(now.flow)), blurred_reference(reference, config.blurs[-1])
+    blur = config.blurs[-1]
+    total, level = np.zeros(len(now.flow)), blurred_reference(reference, blur)
     square = (level.bends**2).sum(axis=1) + level.faint[:, None, None]
     for t, picture in enumerate(pictures):
-        slopes, seen = warped(picture, now.of_frame(t), level)
+        slopes, seen = warped(blurred_picture(picture, blur), now.of_frame(t), level)
         ratio = (level.slopes - slopes) ** 2 / square / config.epsilon**2
         each = np.where(seen, np.sqrt(1 + ratio) - 1, 0.0)
         total += now.grid.summed(each).sum(axis=1)
@@ -152,18 +165,22 @@ def blurred_reference(reference: Float32[np.ndarray, "h w"], blur: float) -> Blu
     bends = np.stack([_slopes(each) for each in slopes])
     inside = gaussian_filter(known.astype(np.float32), RIM) > 1 - THIN / 2
     square = (bends**2).sum(axis=1)[:, inside]
-    return BlurredSkin(blur, slopes, bends, FAINT**2 * square.mean(axis=1) if inside.any() else np.ones(2), inside)
+    return BlurredSkin(slopes, bends, FAINT**2 * square.mean(axis=1) if inside.any() else np.ones(2), inside)
+
+
+def blurred_picture(picture: Float32[np.ndarray, "h w"], blur: float) -> BlurredPicture:
+    """A picture as it is compared, NaN where it is not known; `blur` in pixels."""
+    return BlurredPicture(_blurred(picture, blur), np.isfinite(picture).astype(np.float32))
 
 
 def warped(
-    picture: Float32[np.ndarray, "h w"], flow: Float32[np.ndarray, "2 h w"], level: BlurredSkin
+    picture: BlurredPicture, flow: Float32[np.ndarray, "2 h w"], level: BlurredSkin
 ) -> tuple[Float32[np.ndarray, "2 h w"], Bool[np.ndarray, "h w"]]:
     """The picture's slopes, read where the flow says, and where they are known."""
-    known = np.isfinite(picture).astype(np.float32)
-    rows, columns = np.indices(picture.shape, dtype=np.float32)
+    rows, columns = np.indices(picture.shown.shape, dtype=np.float32)
     at = [rows + flow[1], columns + flow[0]]
-    read = map_coordinates(_blurred(picture, level.blur), at, order=1, mode="nearest")
-    seen = map_coordinates(known, at, order=1, mode="nearest") > 0.99
+    read = map_coordinates(picture.shown, at, order=1, mode="nearest")
+    seen = map_coordinates(picture.known, at, order=1, mode="nearest") > 0.99
     return _slopes(read), seen & level.inside
 
 
