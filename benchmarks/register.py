@@ -157,8 +157,7 @@ def own_pairs(python: Path | None, folder: Path) -> list[dict]:
 def staged(python: Path | None, actors: int) -> list[dict]:
     """Scans of the stage: the bundled skin placed by landmarks, and the truth of each of its vertices."""
     face, rows = load_face(), []
-    on_skin = np.isin(face.rig.neutral.faces, face.parts["skin"]).all(axis=1)
-    skin, members = submesh(face.rig.neutral, np.flatnonzero(on_skin))
+    skin, members = submesh(face.rig.neutral, face.skin_faces)
     mask = face.regions["face"][members] > 0.5
     for seed in REPORTING_SEEDS[:actors]:
         actor = make_skin(make_performer(seed), SkinConfig(levels=2))

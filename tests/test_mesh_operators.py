@@ -8,7 +8,9 @@ from mien.mesh import (
     Mesh,
     adjacency,
     boundary_vertices,
+    connected_parts,
     cotangent_laplacian,
+    edge_ends,
     face_areas,
     face_normals,
     grid_faces,
@@ -18,6 +20,14 @@ from mien.mesh import (
     uniform_laplacian,
     vertex_normals,
 )
+
+
+def test_edges_and_parts_by_hand():
+    """Two triangles that share an edge, one by itself, and a vertex of none."""
+    faces = np.array([[0, 1, 2], [2, 1, 3], [6, 5, 4]])
+    ends = [[0, 1], [1, 2], [0, 2], [1, 2], [1, 3], [2, 3], [5, 6], [4, 5], [4, 6]]
+    np.testing.assert_array_equal(edge_ends(faces), ends)
+    np.testing.assert_array_equal(connected_parts(faces, 8), [0, 0, 0, 0, 1, 1, 1, 2])
 
 
 def test_one_right_triangle_by_hand():

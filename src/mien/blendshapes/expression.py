@@ -8,7 +8,6 @@ from jaxtyping import Bool, Float
 
 from ..errors import BadInput
 from ..faces.bundled import BundledFace
-from ..fitting.template_parts import TemplateParts
 from ..mesh import Mesh, mass
 from ..transforms import Transform
 from .align import HeadAlignConfig, align, stabilised
@@ -116,7 +115,7 @@ def neutral_face(
     own = None
     if on != BUNDLED:
         mesh = thinned(map_, landmarks, config.triangles) if on == AUTO else on
-        own = own_mesh(mesh, map_, artist, TemplateParts(face).skin_faces)
+        own = own_mesh(mesh, map_, artist, face.skin_faces)
     drawn = artist if own is None else own.artist
     grid = texel_grid(drawn.mesh, drawn.shown, map_, config.texture)
     pins = pins_by_hand(map_, by_hand)

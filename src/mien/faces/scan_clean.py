@@ -7,10 +7,9 @@ import igl
 import numpy as np
 import scipy.sparse as sp
 from jaxtyping import Float, Int
-from scipy.sparse.csgraph import connected_components
 
 from ..io.meshes import check_surface
-from ..mesh import Mesh, Scan, adjacency, face_areas, face_normals
+from ..mesh import Mesh, Scan, adjacency, connected_parts, edge_ends, face_areas, face_normals
 from ..pictures.raycast import RayCaster
 
 ROUGH_DEG = 20.0
@@ -49,8 +48,7 @@ def mended(mesh: Mesh) -> tuple[Mesh, tuple[str, ...]]:
 
 def fork_edges(faces: Int[np.ndarray, "m 3"]) -> int:
     """How many edges have more than two triangles."""
-    ends = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    return int((np.unique(ends, axis=0, return_counts=True)[1] > 2).sum())
+    return int((np.unique(edge_ends(faces), axis=0, return_counts=True)[1] > 2).sum())
 
 
 def check_scan(scan: Scan) -> None:
@@ -122,7 +120,7 @@ def evened(mesh: Mesh, rough_deg: float = ROUGH_DEG) -> Mesh:
 def roughness_deg(vertices: Float[np.ndarray, "n 3"], faces: Int[np.ndarray, "m 3"]) -> float:
     """Median angle between triangles that share an edge, degrees; 0 where none do."""
     normals = face_normals(vertices, faces)
-    ends = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2).astype(np.int64), axis=1)
+    ends = edge_ends(faces.astype(np.int64))
     edge = ends[:, 0] * len(vertices) + ends[:, 1]
     order = np.argsort(edge, kind="stable")
     triangle = order // 3
@@ -136,8 +134,7 @@ def _wound_alike(faces: Int[np.ndarray, "m 3"]) -> tuple[Int[np.ndarray, "m 3"],
     directed = faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2).astype(np.int64)
     keys = directed[:, 0] * (int(faces.max()) + 1) + directed[:, 1]
     if len(np.unique(keys)) == len(keys):
-        _, of_vertex = connected_components(adjacency(faces, int(faces.max()) + 1), directed=False)
-        return faces.astype(np.int64), of_vertex[faces[:, 0]]
+        return faces.astype(np.int64), connected_parts(faces, int(faces.max()) + 1)[faces[:, 0]]
     alike, piece = igl.bfs_orient(faces.astype(np.int64))
     return np.asarray(alike).astype(np.int64), np.asarray(piece).astype(np.int64).reshape(-1)
 

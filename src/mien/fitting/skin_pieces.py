@@ -2,9 +2,8 @@
 
 import numpy as np
 from jaxtyping import Int
-from scipy.sparse.csgraph import connected_components
 
-from ..mesh import Mesh, adjacency, closest_point, submesh
+from ..mesh import Mesh, closest_point, connected_parts, submesh
 
 SKIN_SHARE = 0.75
 """A piece counts as skin if more of its vertices than this are nearest to skin: an eyeball, which lids frame, has 0.3
@@ -22,7 +21,7 @@ def skin_pieces(scan: Mesh, head: Mesh, skin: Int[np.ndarray, " f"]) -> Mesh:
         head: a head where the scan's is, eyes and all, in any expression: eyes keep their place.
         skin: its triangles of skin in the open.
     """
-    pieces = _pieces(scan)
+    pieces = connected_parts(scan.faces, len(scan.vertices))
     judged = np.flatnonzero(pieces != np.bincount(pieces).argmax())
     if not len(judged):
         return scan
@@ -30,8 +29,3 @@ def skin_pieces(scan: Mesh, head: Mesh, skin: Int[np.ndarray, " f"]) -> Mesh:
     off_skin = np.bincount(pieces[judged], ~np.isin(nearest, skin), minlength=len(scan.vertices))
     stays = off_skin[pieces] <= (1 - SKIN_SHARE) * np.bincount(pieces)[pieces]
     return submesh(scan, stays[scan.faces[:, 0]])[0]
-
-
-def _pieces(mesh: Mesh) -> Int[np.ndarray, " n"]:
-    """Which connected piece each vertex is of."""
-    return connected_components(adjacency(mesh.faces, len(mesh.vertices)), directed=False)[1]

@@ -3,13 +3,11 @@
 from functools import cached_property
 
 import numpy as np
-import scipy.sparse as sp
 from jaxtyping import Bool, Float, Int
-from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import KDTree
 
 from ..faces.bundled import BundledFace
-from ..mesh import Attachment, Mesh, submesh, vertex_normals
+from ..mesh import Attachment, Mesh, nearest_along_edges, submesh, vertex_normals
 from ..pictures.raycast import RayCaster
 from ..register import procrustes
 from ..register.nonrigid import Template
@@ -20,8 +18,6 @@ from ..register.solver import solve_vertices
 EDGE_MM = 4.0
 """How far from the edges of lids and lips a closest point may be on the wrong one."""
 
-LEAST_EDGE_MM = 1e-9
-"""Added to lengths: a sparse graph forgets an edge of length 0."""
 UNREACHED_MM = 1e6
 """Where no way leads: another part."""
 SIDE_MM = 8.0
@@ -98,15 +94,7 @@ def _ears(rest: Float[np.ndarray, "n 3"]) -> Bool[np.ndarray, " n"]:
 
 def _along_skin(mesh: Mesh, seeds: Int[np.ndarray, " k"]) -> Float[np.ndarray, " n"]:
     """How far each vertex is from the nearest of `seeds` along the edges, mm."""
-    return np.minimum(dijkstra(_edge_lengths(mesh), directed=False, indices=seeds, min_only=True), UNREACHED_MM)
-
-
-def _edge_lengths(mesh: Mesh) -> sp.csr_matrix:
-    """(n, n): the length of each edge, mm, in one of its two directions."""
-    ends = np.sort(mesh.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    i, j = np.unique(ends, axis=0).T
-    length = np.linalg.norm(mesh.vertices[i] - mesh.vertices[j], axis=1) + LEAST_EDGE_MM
-    return sp.csr_matrix((length, (i, j)), shape=(len(mesh.vertices),) * 2)
+    return np.minimum(nearest_along_edges(mesh, seeds)[1], UNREACHED_MM)
 
 
 def _openness(face: BundledFace, directions: int = 64) -> Float[np.ndarray, " n"]:
@@ -160,10 +148,7 @@ def extrapolate_hidden(
 
 def _sides_along_skin(mesh: Mesh, shown: Bool[np.ndarray, " n"], sides: Int[np.ndarray, " n"]) -> Int[np.ndarray, " n"]:
     """The side of the shown vertex that is nearest along the edges; 0 where no way leads to one."""
-    seeds = np.flatnonzero(shown)
-    _, _, nearest = dijkstra(
-        _edge_lengths(mesh), directed=False, indices=seeds, min_only=True, return_predecessors=True
-    )
+    nearest, _ = nearest_along_edges(mesh, np.flatnonzero(shown))
     return np.where(nearest >= 0, sides[np.maximum(nearest, 0)], 0)
 
 

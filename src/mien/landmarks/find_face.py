@@ -6,11 +6,10 @@ from itertools import product
 
 import numpy as np
 from jaxtyping import UInt8
-from scipy.sparse.csgraph import connected_components
 
 from ..camera import Camera
 from ..errors import BadInput
-from ..mesh import Scan, adjacency, submesh
+from ..mesh import Scan, connected_parts, submesh
 from ..pictures.raycast import RayCaster
 from ..pictures.render import Renderer
 from ..pictures.view import View
@@ -69,8 +68,7 @@ def find_face(scan: Scan, landmarker: FaceLandmarker, config: LiftConfig) -> Tra
 
 def _parts(scan: Scan) -> list[Scan]:
     """The connected pieces of a scan, largest first; none where it is of one piece."""
-    count = len(scan.mesh.vertices)
-    _, piece = connected_components(adjacency(scan.mesh.faces, count), directed=False)
+    piece = connected_parts(scan.mesh.faces, len(scan.mesh.vertices))
     of_face = piece[scan.mesh.faces[:, 0]]
     sizes = np.bincount(piece[np.unique(scan.mesh.faces)])
     large = [p for p in np.argsort(-sizes)[:MOST_PARTS] if sizes[p] >= LEAST_PART]

@@ -8,7 +8,6 @@ from jaxtyping import Bool, Float, Int
 from ..errors import BadInput
 from ..faces.bundled import BundledFace
 from ..fitting.marker_identity import IdentityConfig, IdentityFit, fit_identity, on_closest, on_skin
-from ..fitting.template_parts import TemplateParts
 from ..mesh import ClosestPoint, Mesh, submesh, vertex_normals
 from ..progress import SILENT, Progress
 from ..register.align import AlignConfig, align
@@ -140,7 +139,7 @@ def lay_on_face(
 def _lay_cloud(sample, cloud, face, region, metric, config: LayConfig, progress: Progress) -> Laid:
     """All markers are on the face, unless one of them then lies far from it: then up to a third may be off it, found by
     robust alignment."""
-    skin = TemplateParts(face).skin_faces
+    skin = face.skin_faces
     trials = _trials(sample, cloud, face, region, metric, config, progress)
     laid = seated(_best(trials, cloud, config), cloud, skin, config)
     if laid.identity.residuals.max() < config.off_face.suspect_mm:
@@ -245,7 +244,7 @@ def fit_most(
 ) -> tuple[IdentityFit, Int[np.ndarray, " kept"]]:
     """The person under most of the markers, and which these are: robustly at first, then under those alone."""
     fit = fit_identity(cloud, face, region, T_face_head, config=replace(identity, fade_mm=config.fade_mm))
-    skin = TemplateParts(face).skin_faces
+    skin = face.skin_faces
     kept = np.flatnonzero(~off_face(on_skin(fit, cloud, skin, config.suspect_mm).residuals, config))
     again = replace(identity, rounds=config.refit_rounds)
     under = kept

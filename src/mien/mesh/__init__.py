@@ -1,5 +1,6 @@
 """Triangle meshes: the noun, its operators, closest points."""
 
+from .along_edges import nearest_along_edges
 from .closest import Closest, ClosestPoint, barycentric, closest_point
 from .curvature import curvature_features, mean_curvature
 from .cylinder import Cylinder, Unrolled, fit_cylinder, unroll_face
@@ -7,7 +8,9 @@ from .mesh import Attachment, Mesh, Scan, submesh
 from .operators import (
     adjacency,
     boundary_vertices,
+    connected_parts,
     cotangent_laplacian,
+    edge_ends,
     face_areas,
     face_normals,
     grid_faces,
@@ -36,8 +39,10 @@ __all__ = [
     "blue_noise",
     "boundary_vertices",
     "closest_point",
+    "connected_parts",
     "cotangent_laplacian",
     "curvature_features",
+    "edge_ends",
     "face_areas",
     "face_normals",
     "farthest_points",
@@ -49,6 +54,7 @@ __all__ = [
     "mass",
     "mean_curvature",
     "mean_edge_length",
+    "nearest_along_edges",
     "random_points",
     "subdivided",
     "submesh",

@@ -69,17 +69,25 @@ def adjacency(faces: Int[np.ndarray, "m 3"], n: int) -> sp.csr_matrix:
     return A
 
 
+def connected_parts(faces: Int[np.ndarray, "m 3"], n: int) -> Int[np.ndarray, " n"]:
+    """Which connected part each of n vertices is of, from 0; a vertex of no triangle is a part of its own."""
+    return connected_components(adjacency(faces, n), directed=False)[1]
+
+
 def in_largest_part(faces: Int[np.ndarray, "m 3"], n: int) -> Bool[np.ndarray, " m"]:
     """Whether each triangle is of the connected part of the most triangles."""
-    _, part = connected_components(adjacency(faces, n), directed=False)
-    of_face = part[faces[:, 0]]
+    of_face = connected_parts(faces, n)[faces[:, 0]]
     return of_face == np.bincount(of_face).argmax()
+
+
+def edge_ends(faces: Int[np.ndarray, "m 3"]) -> Int[np.ndarray, "m3 2"]:
+    """The three edges of each triangle, the smaller vertex first; one that two triangles share stands there twice."""
+    return np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
 
 
 def boundary_vertices(faces: Int[np.ndarray, "m 3"]) -> Int[np.ndarray, " b"]:
     """Vertices on an edge of one triangle alone, in increasing order."""
-    edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
-    unique, count = np.unique(edges, axis=0, return_counts=True)
+    unique, count = np.unique(edge_ends(faces), axis=0, return_counts=True)
     return np.unique(unique[count == 1])
 
 

@@ -7,7 +7,7 @@ import scipy.sparse as sp
 from jaxtyping import Float, Int
 
 from .mesh import Mesh
-from .operators import adjacency
+from .operators import adjacency, edge_ends
 
 
 @dataclass(frozen=True)
@@ -59,8 +59,7 @@ def loop_refinement(faces: Int[np.ndarray, "m 3"], n: int) -> Refinement:
 
     An edge of more than two triangles counts as open, a vertex where open edges do not pass straight through stays.
     """
-    ends = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    edges, of_corner, count = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
+    edges, of_corner, count = np.unique(edge_ends(faces), axis=0, return_inverse=True, return_counts=True)
     of_corner = of_corner.reshape(-1, 3)
     inner = count == 2
     matrix = sp.vstack([_kept(faces, edges[~inner], n), _split(faces, edges, of_corner, inner, n)])

@@ -2,9 +2,8 @@
 
 import numpy as np
 from jaxtyping import Bool, Float
-from scipy.sparse.csgraph import connected_components
 
-from ..mesh import Mesh, adjacency
+from ..mesh import Mesh, connected_parts
 
 
 def eyeballs(mesh: Mesh) -> Bool[np.ndarray, " n"]:
@@ -15,7 +14,7 @@ def eyeballs(mesh: Mesh) -> Bool[np.ndarray, " n"]:
     """
     found = np.zeros(len(mesh.vertices), dtype=bool)
     whole = float(np.linalg.norm(np.ptp(mesh.vertices, axis=0))) / 2
-    _, part = connected_components(adjacency(mesh.faces, len(mesh.vertices)), directed=False)
+    part = connected_parts(mesh.faces, len(mesh.vertices))
     order = np.argsort(part, kind="stable")
     for members in np.split(order, np.flatnonzero(np.diff(part[order])) + 1):
         if len(members) >= 30:

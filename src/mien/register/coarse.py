@@ -6,10 +6,9 @@ import igl
 import numpy as np
 import scipy.sparse as sp
 from jaxtyping import Float, Int
-from scipy.sparse.csgraph import dijkstra
 
 from ..errors import BadInput
-from ..mesh import Attachment, Mesh, barycentric
+from ..mesh import Attachment, Mesh, barycentric, nearest_along_edges
 from .residuals import Stencil
 from .shape import local_rotations, make_stencil
 
@@ -96,11 +95,7 @@ def _decimated(fine: Mesh, vertices: int) -> tuple[np.ndarray, np.ndarray, np.nd
 
 def _cells(fine: Mesh, seeds: Int[np.ndarray, " k"]) -> Int[np.ndarray, " n"]:
     """Which of the `seeds` (fine vertices) is the nearest to each fine vertex along the edges; 0 where none is."""
-    ends = np.sort(fine.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    i, j = np.unique(ends, axis=0).T
-    length = np.linalg.norm(fine.vertices[i] - fine.vertices[j], axis=1) + 1e-9
-    graph = sp.csr_matrix((length, (i, j)), shape=(len(fine.vertices),) * 2)
-    _, _, source = dijkstra(graph, directed=False, indices=seeds, min_only=True, return_predecessors=True)
+    source, _ = nearest_along_edges(fine, seeds)
     number = np.zeros(len(fine.vertices), np.int64)
     number[seeds] = np.arange(len(seeds))
     return np.where(source >= 0, number[source], 0)

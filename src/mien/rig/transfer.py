@@ -13,10 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 from jaxtyping import Float, Int
-from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
-from ..mesh import ClosestPoint, Mesh, adjacency, face_areas, face_normals
+from ..mesh import ClosestPoint, Mesh, connected_parts, face_areas, face_normals
 from .facs import FACS23
 from .rig import Rig
 
@@ -168,11 +167,11 @@ def _size_ratio(source: Mesh, target: Mesh, correspondence: np.ndarray) -> float
 
 
 def _parts(target: Mesh, held: np.ndarray) -> list[_Part]:
-    count, label = connected_components(adjacency(target.faces, len(target.vertices)), directed=False)
+    label = connected_parts(target.faces, len(target.vertices))
     is_held = np.zeros(len(target.vertices), bool)
     is_held[held] = True
     vertex_order, face_label = np.argsort(label, kind="stable"), label[target.faces[:, 0]]
-    groups = np.split(vertex_order, np.cumsum(np.bincount(label, minlength=count))[:-1])
+    groups = np.split(vertex_order, np.cumsum(np.bincount(label))[:-1])
     parts = []
     for k, vertices in enumerate(groups):
         faces = np.flatnonzero(face_label == k)

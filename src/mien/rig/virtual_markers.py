@@ -3,10 +3,9 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.sparse.csgraph import connected_components
 
 from ..clip import Markers
-from ..mesh import Attachment, adjacency
+from ..mesh import Attachment, connected_parts
 from .performance import Performance
 from .rig import Rig
 
@@ -25,7 +24,7 @@ def sample_markers(rig: Rig, count: int) -> Attachment:
     vertices, faces = rig.neutral.vertices, rig.neutral.faces
     moves = np.linalg.norm(rig.deltas, axis=2).max(axis=0, initial=0.0)
     moving = moves > _MOVES * moves.max(initial=0.0)
-    _, part = connected_components(adjacency(faces, len(vertices)), directed=False)
+    part = connected_parts(faces, len(vertices))
     skin = part == np.bincount(part[moving], minlength=1).argmax() if moving.any() else np.isin(part, part[faces[:1]])
     ground = np.flatnonzero(skin & moving if moving.any() else skin)
     if not 0 < count <= len(ground):

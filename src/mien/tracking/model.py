@@ -5,11 +5,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 from jaxtyping import Bool, Float, Float32, Int
-from scipy.sparse.csgraph import connected_components
 
 from ..errors import BadInput
 from ..landmarks.on_rig import FEATURES, LandmarkMap, skin_faces
-from ..mesh import Mesh, adjacency, boundary_vertices, mass, vertex_normals
+from ..mesh import Mesh, adjacency, boundary_vertices, connected_parts, mass, vertex_normals
 from ..rig import Rig
 from .packed_basis import PackedBasis, pack
 from .terms.weight_prior import WeightPrior, dearer_where_idle, weight_prior
@@ -145,8 +144,7 @@ def _front_faces(rig: Rig, landmarks: LandmarkMap, reach: float, below: float) -
     outside = np.flatnonzero(skin & ~keep)
     if not len(outside):
         return skin
-    _, label = connected_components(adjacency(mesh.faces[outside], len(mesh.vertices)), directed=False)
-    part = label[mesh.faces[outside, 0]]
+    part = connected_parts(mesh.faces[outside], len(mesh.vertices))[mesh.faces[outside, 0]]
     skin[outside[part == np.bincount(part).argmax()]] = False
     return skin
 

@@ -111,7 +111,7 @@ def complete(
     weights = np.asarray(lsq_linear(damped, wanted, (0, 1)).x)
     model = np.tensordot(weights, units, axes=1)
     misfit = np.where(known[:, None], moved - model, 0.0)
-    skin, members = submesh(artist.mesh, TemplateParts(face).skin_faces)
+    skin, members = submesh(artist.mesh, face.skin_faces)
     carried = np.zeros_like(model)
     carried[members] = carry_on(skin, misfit[members], known[members])
     return model + carried, weights

@@ -9,7 +9,6 @@ import numpy as np
 from jaxtyping import Float
 
 from ...faces.bundled import BundledFace
-from ...fitting.template_parts import TemplateParts
 from ...mesh import Mesh
 from ...pictures.raycast import RayCaster
 from ...rig import Rig
@@ -28,7 +27,7 @@ MOVES_MM = 1.0
 
 def lower_teeth_behind_skin(rig: Rig, face: BundledFace) -> Rig:
     """The rig with as small a lower arch as its shapes ask for, each tried with the jaw open (bundled topology)."""
-    poses, skin = _poses(rig, face), rig.neutral.faces[TemplateParts(face).skin_faces]
+    poses, skin = _poses(rig, face), rig.neutral.faces[face.skin_faces]
     for size in SIZES:
         vertices = with_arch(rig.neutral.vertices, face, size)
         if all(skin_before_teeth(Mesh(vertices + pose, skin), face) >= LEAST_MM for pose in poses):

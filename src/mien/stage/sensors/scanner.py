@@ -4,10 +4,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from scipy.sparse.csgraph import connected_components
 
 from ...errors import BadInput
-from ...mesh import Attachment, Mesh, Scan, adjacency, face_normals, vertex_normals
+from ...mesh import Attachment, Mesh, Scan, connected_parts, face_normals, vertex_normals
 from ...pictures.raycast import RayCaster
 from ...transforms import Transform, rotation_from_vector
 from ..people.fields import smooth_field
@@ -242,7 +241,7 @@ def _triangulate(grid: _Grid, config: ScanConfig, rng: np.random.Generator) -> I
 
 def _clean(faces: np.ndarray, n: int, rng: np.random.Generator) -> tuple[Int[np.ndarray, "m 3"], Int[np.ndarray, " k"]]:
     """Without specks; vertices and triangles in random order, so that order tells nothing."""
-    _, piece = connected_components(adjacency(faces, n), directed=False)
+    piece = connected_parts(faces, n)
     size = np.bincount(piece)
     faces = faces[size[piece[faces[:, 0]]] > 200]
     kept = rng.permutation(np.unique(faces))
